@@ -1,0 +1,10 @@
+# Writes text files into a header as raw strings, split below the length that compilers must accept.
+set(content "#pragma once\n#include \"world/base/embedded.h\"\nnamespace world {\ninline constexpr EmbeddedText ${NAME}[] = {\n")
+foreach(file ${FILES})
+  get_filename_component(name ${file} NAME)
+  file(READ ${file} text)
+  string(REPLACE "\n" ")LOAM\"\n  R\"LOAM(\n" text_lines "${text}")
+  string(APPEND content "{\"${name}\", R\"LOAM(${text_lines})LOAM\"},\n")
+endforeach()
+string(APPEND content "{nullptr, nullptr}};\n}  // namespace world\n")
+file(WRITE ${OUTPUT} "${content}")

@@ -1,0 +1,36 @@
+# embed_text(target name glob): generated/name.h with `inline constexpr EmbeddedText name[]`, a row a file, sorted.
+function(embed_text target name glob)
+  file(GLOB files CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${glob})
+  list(SORT files)
+  set(output ${CMAKE_BINARY_DIR}/generated/${name}.h)
+  set(script ${CMAKE_SOURCE_DIR}/cmake/embed.cmake)
+  add_custom_command(OUTPUT ${output} DEPENDS ${files} ${script}
+    COMMAND ${CMAKE_COMMAND} -DOUTPUT=${output} -DNAME=${name} "-DFILES=${files}" -P ${script} VERBATIM)
+  target_sources(${target} PRIVATE ${output})
+endfunction()
+
+# compile_shaders(target glob): each name.stage.glsl becomes generated/name.stage.spv.h with `name_stage_spv[]`.
+function(compile_shaders target glob)
+  file(GLOB files CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${glob})
+  file(GLOB_RECURSE shared CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/*.shared.h)
+  find_program(GLSLANG glslangValidator REQUIRED)
+  foreach(file ${files})
+    get_filename_component(base ${file} NAME_WLE)    # name.stage
+    string(REPLACE "." ";" parts ${base})
+    list(GET parts 1 stage)
+    string(REPLACE "." "_" symbol ${base})
+    set(output ${CMAKE_BINARY_DIR}/generated/${base}.spv.h)
+    add_custom_command(OUTPUT ${output} DEPENDS ${file} ${shared}
+      COMMAND ${CMAKE_COMMAND} -E make_directory ${CMAKE_BINARY_DIR}/generated
+      COMMAND ${GLSLANG} --quiet -S ${stage} --target-env vulkan1.3 -I${CMAKE_SOURCE_DIR} --vn ${symbol}_spv -o ${output} ${file} VERBATIM)
+    target_sources(${target} PRIVATE ${output})
+  endforeach()
+endfunction()
+
+# commit_header(target): generated/commit.h with LOAM_COMMIT, rewritten only where the commit changed.
+function(commit_header target)
+  add_custom_target(loam_commit BYPRODUCTS ${CMAKE_BINARY_DIR}/generated/commit.h
+    COMMAND ${CMAKE_COMMAND} -DSOURCE=${CMAKE_SOURCE_DIR} -DOUTPUT=${CMAKE_BINARY_DIR}/generated/commit.h
+      -P ${CMAKE_SOURCE_DIR}/cmake/commit.cmake VERBATIM)
+  add_dependencies(${target} loam_commit)
+endfunction()

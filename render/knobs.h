@@ -1,0 +1,25 @@
+/// The knobs of pictures, each declared once in render/knobs.def. Passed to what needs them, never global.
+#pragma once
+
+#include <array>
+#include <string_view>
+
+#include "world/base/knobs.h"
+
+namespace render {
+
+enum class SunShadow { none, ray };
+enum class FaceEdges { hardware, exact };
+constexpr auto knob_choices(SunShadow) { return std::array<std::string_view, 2>{"none", "ray"}; }
+constexpr auto knob_choices(FaceEdges) { return std::array<std::string_view, 2>{"hardware", "exact"}; }
+
+struct RenderKnobs {
+#define KNOB(name, type, fast, usual, exact, unit, what) type name = usual;
+#include "render/knobs.def"
+#undef KNOB
+};
+
+/// One row for each knob, in order of declaration.
+const world::KnobTable<RenderKnobs>& render_knobs();
+
+}  // namespace render

@@ -1,0 +1,42 @@
+/// What a voxel face shows: one table for each picture, so that every backend shades with the same numbers.
+///
+///   L = albedo/pi * (E_sky(face) + V * E_sun * max(0, n . s)) + P / (6 pi A)
+/// with V the sun's visibility, P the block's emission, A = 1 m^2 of a face: a Lambertian emitter of six faces radiates
+/// P = 6 * pi * A * L. source: chapter 14.9.2 (Lambertian scattering), 14.4 (units)
+#pragma once
+
+#include <vector>
+
+#include "render/image/image.h"
+#include "world/blocks/block.h"
+#include "world/scenes/environment.h"
+#include "world/space/coords.h"
+
+namespace render {
+
+struct Shading {
+  Rgb sky_lit[6];  // radiance of an albedo of 1 under the sky alone, by face
+  Rgb sun_lit[6];  // added where the sun is visible; 0 on faces turned away
+  bool sun_faces[6];
+  struct Material {
+    float albedo[3];
+    float emitted[3];  // radiance
+  };
+  std::vector<Material> materials;  // by block id
+
+  Shading(const world::Environment& environment, const world::BlockPalette& palette);
+
+  Rgb face_radiance(world::BlockId block, int face, bool sun_visible) const {
+    const Material& m = materials[block];
+    Rgb lit = sky_lit[face];
+    if (sun_visible) lit = lit + sun_lit[face];
+    return {m.albedo[0] * lit.r + m.emitted[0], m.albedo[1] * lit.g + m.emitted[1], m.albedo[2] * lit.b + m.emitted[2]};
+  }
+};
+
+/// Radiance of the sky along a direction whose y component over its length is `cosine`.
+Rgb sky_radiance(const world::Environment& environment, double cosine);
+/// Irradiance of the whole sky and ground on a face of the voxel grid, closed form.
+world::Irradiance3 sky_irradiance(const world::Environment& environment, int face);
+
+}  // namespace render

@@ -1,0 +1,67 @@
+/// Files that other programs wrote, and ours. One file a format in world/formats/; chosen by extension and content.
+///
+/// Readers are bounded: memory follows from what the file really holds, never from what a header claims. An error is
+/// one sentence: file, byte offset, what was expected, what to do.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "world/base/errors.h"
+#include "world/world.h"
+
+namespace world {
+
+struct ImportOptions {
+  bool strict = false;        // what has no match is an error
+  bool visible_only = false;  // leave hidden parts out
+  int frame = 0;              // of animated files
+  double metres_per_voxel = 0;  // elevation: 0 = the spacing of the posts in the file
+  /// Elevation window in posts: columns from west, rows from north; width or height 0 = all.
+  struct Window {
+    int column = 0, row = 0, width = 0, height = 0;
+  } window;
+  double vertical_scale = 1;  // elevation exaggeration
+  int depth_voxels = 8;       // elevation: thickness of the ground below the lowest height
+};
+
+/// What the user is told about an import.
+struct ImportReport {
+  std::map<std::string, uint64_t> unmapped;                  // name in the file -> voxels
+  std::vector<std::string> warnings;                         // a sentence each
+  std::vector<std::pair<std::string, std::string>> facts;    // table rows: name, value
+};
+
+struct Format {
+  std::string name;                     // "vox"
+  std::vector<std::string> extensions;  // ".vox"; compared without case
+  std::string what;                     // one line for help
+  /// True where the first bytes look like this format; null: by extension only.
+  std::function<bool(const std::vector<uint8_t>& head)> recognizes;
+  /// Null where the format cannot be read, or written.
+  std::function<Result<World>(const std::filesystem::path&, const ImportOptions&, ImportReport&)> read;
+  std::function<Status(const World&, const std::filesystem::path&)> write;
+};
+
+/// All formats; the one registry.
+const std::vector<Format>& formats();
+/// By extension, then by content.
+Result<const Format*> format_for_reading(const std::filesystem::path& path);
+Result<const Format*> format_for_writing(const std::filesystem::path& path);
+
+Result<World> read_world(const std::filesystem::path& path, const ImportOptions& options, ImportReport& report);
+/// Writes beside the target, syncs, and renames over it: no partial output is ever left.
+Status write_world(const World& world, const std::filesystem::path& path);
+
+/// The bytes of a file; the error names the file and the reason. `limit` bounds the size.
+Result<std::vector<uint8_t>> read_file(const std::filesystem::path& path, uint64_t limit = uint64_t{1} << 36);
+/// Calls write(temporary path), then syncs and renames to `path`; removes the temporary file on any failure.
+Status write_file_atomically(const std::filesystem::path& path,
+                             const std::function<Status(const std::filesystem::path&)>& write);
+Status write_bytes_atomically(const std::filesystem::path& path, std::string_view bytes);
+
+}  // namespace world

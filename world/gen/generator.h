@@ -1,0 +1,41 @@
+/// Worlds as functions of (seed, region): any region made alone equals the same region of the whole.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "world/base/errors.h"
+#include "world/blocks/block.h"
+#include "world/space/coords.h"
+#include "world/store/store.h"
+
+namespace world {
+
+/// One run of one generator: its parameters bound, its blocks looked up. Const calls run on any thread.
+class Generator {
+ public:
+  virtual ~Generator() = default;
+  /// Fills the region. Results are the same on every machine, SIMD level, thread count and order of calls.
+  virtual void generate(RegionBuilder& region) const = 0;
+};
+
+struct GeneratorInfo {
+  std::string name;
+  std::string what;
+  /// Parameter names with defaults; unknown ones are an error.
+  std::map<std::string, double> parameters;
+  std::function<Result<std::unique_ptr<Generator>>(uint64_t seed, const std::map<std::string, double>& parameters,
+                                                   const BlockPalette& palette)>
+      make;
+};
+
+const std::vector<GeneratorInfo>& generators();
+
+/// Generates all regions that meet the box, in parallel, and adopts them. Voxels outside the box but inside those
+/// regions are cut off to air.
+Status generate(Store& store, const Generator& generator, const VoxelBox& box);
+
+}  // namespace world

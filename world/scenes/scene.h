@@ -1,0 +1,55 @@
+/// A scene says where its world comes from, its cameras, its surroundings and its knobs. One TOML file a scene in
+/// world/scenes/, compiled in; or a file given on the command line; or a saved world or any readable file by itself.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "world/base/errors.h"
+#include "world/formats/format.h"
+#include "world/space/world_point.h"
+#include "world/world.h"
+
+namespace world {
+
+struct CameraPlacement {
+  std::string name;
+  WorldPoint position;
+  Vec3d forward{0, 0, -1};       // unit length
+  double vertical_fov_deg = 60;  // 0 < fov < 180
+};
+
+struct Scene {
+  std::string name;
+  std::string what;                            // one line
+  // Where the world comes from: a generator ...
+  std::string generator;
+  uint64_t seed = 1;
+  VoxelBox box;
+  std::map<std::string, double> parameters;
+  // ... or a file ...
+  std::filesystem::path file;
+  ImportOptions import_options;
+  // ... and boxes written afterwards.
+  struct Fill {
+    VoxelBox box;
+    std::string block;
+  };
+  std::vector<Fill> fills;
+  VoxelPos offset;                             // added to every position of the world and its cameras
+  std::vector<CameraPlacement> cameras;
+  Environment environment;
+  std::map<std::string, std::string> knobs;    // name -> value, applied below the command line
+};
+
+/// A scene's name, the path of a scene TOML, or the path of anything that formats() reads.
+Result<Scene> load_scene(const std::string& name_or_path);
+std::vector<std::string> scene_names();
+/// Makes the world of a scene.
+Result<World> build_world(const Scene& scene, ImportReport& report);
+/// The named camera, or the first; where the scene has none, one that sees the whole world from the south-east.
+Result<CameraPlacement> scene_camera(const Scene& scene, const World& world, const std::string& name);
+
+}  // namespace world
