@@ -22,11 +22,11 @@ struct PassReport {
 };
 
 struct FrameReport {
-  double ms = 0;            // the whole picture
-  uint64_t rays = 0;        // cast
-  uint64_t faces_drawn = 0; // quads sent to the rasterizer
+  double ms = 0;             // the whole picture
+  uint64_t rays = 0;         // cast
+  uint64_t faces_drawn = 0;  // quads sent to the rasterizer
   std::vector<PassReport> passes;
-  std::string device;       // what drew it
+  std::string device;  // what drew it
 };
 
 struct Frame {

@@ -13,11 +13,12 @@ using world::Vec3d;
 
 struct Camera {
   world::WorldPoint position;
-  Vec3d forward{0, 0, -1};     // unit length
+  Vec3d forward{0, 0, -1};       // unit length
   double vertical_fov = 1.0472;  // radians, 0 < fov < pi
 
   static Camera from(const world::CameraPlacement& placement) {
-    return {placement.position, glm::normalize(placement.forward), placement.vertical_fov_deg * 3.14159265358979323846 / 180};
+    return {placement.position, glm::normalize(placement.forward),
+            placement.vertical_fov_deg * 3.14159265358979323846 / 180};
   }
 };
 

@@ -17,7 +17,9 @@ world::Irradiance3 sky_irradiance(const world::Environment& e, int face) {
   // With L = h + (z - h) cos over the upper hemisphere and g below, integrate L (n . w) dw:
   //   up:   pi h + 2 pi/3 (z - h);    side: pi/2 h + 2/3 (z - h) + pi/2 g;    down: pi g.
   // The side's 2/3 is the integral of sin^2 cos over polar angle (1/3) times that of cos over a half turn (2).
-  const auto irradiance = [](Rgb l, float factor) { return world::Irradiance3{l.r * factor, l.g * factor, l.b * factor}; };
+  const auto irradiance = [](Rgb l, float factor) {
+    return world::Irradiance3{l.r * factor, l.g * factor, l.b * factor};
+  };
   const Rgb slope = e.sky_zenith - e.sky_horizon;
   if (face == world::kFacePosY) return irradiance(e.sky_horizon, kPi) + irradiance(slope, 2 * kPi / 3);
   if (face == world::kFaceNegY) return irradiance(e.sky_ground, kPi);
@@ -27,8 +29,7 @@ world::Irradiance3 sky_irradiance(const world::Environment& e, int face) {
 Shading::Shading(const world::Environment& environment, const world::BlockPalette& palette) {
   for (int face = 0; face < world::kFaces; ++face) {
     const world::Irradiance3 sky = sky_irradiance(environment, face);
-    const double cosine =
-        std::max(0.0, environment.sun_direction[world::face_axis(face)] * world::face_sign(face));
+    const double cosine = std::max(0.0, environment.sun_direction[world::face_axis(face)] * world::face_sign(face));
     const float sun = static_cast<float>(cosine) / kPi;
     sky_lit[face] = {sky.r / kPi, sky.g / kPi, sky.b / kPi};
     sun_lit[face] = {environment.sun_irradiance.r * sun, environment.sun_irradiance.g * sun,
@@ -39,7 +40,8 @@ Shading::Shading(const world::Environment& environment, const world::BlockPalett
   for (size_t id = 0; id < palette.size(); ++id) {
     const world::Block& b = palette[static_cast<world::BlockId>(id)];
     const float emit = 1.0f / (6 * kPi);
-    materials[id] = {{b.albedo.r, b.albedo.g, b.albedo.b}, {b.emission.r * emit, b.emission.g * emit, b.emission.b * emit}};
+    materials[id] = {{b.albedo.r, b.albedo.g, b.albedo.b},
+                     {b.emission.r * emit, b.emission.g * emit, b.emission.b * emit}};
   }
 }
 

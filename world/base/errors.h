@@ -76,17 +76,17 @@ template <class A, class B>
 
 }  // namespace world
 
-#define CHECK(condition)                                                                        \
-  do {                                                                                          \
-    if (!(condition)) {                                                                         \
-      std::cerr << __FILE__ << ':' << __LINE__ << ": check failed: " #condition "\n";           \
-      std::abort();                                                                             \
-    }                                                                                           \
+#define CHECK(condition)                                                              \
+  do {                                                                                \
+    if (!(condition)) {                                                               \
+      std::cerr << __FILE__ << ':' << __LINE__ << ": check failed: " #condition "\n"; \
+      std::abort();                                                                   \
+    }                                                                                 \
   } while (0)
-#define CHECK_OP_(a, op, b)                                                                     \
-  do {                                                                                          \
-    const auto& check_a = (a);                                                                  \
-    const auto& check_b = (b);                                                                  \
+#define CHECK_OP_(a, op, b)                                                                                    \
+  do {                                                                                                         \
+    const auto& check_a = (a);                                                                                 \
+    const auto& check_b = (b);                                                                                 \
     if (!(check_a op check_b)) ::world::check_failed(__FILE__, __LINE__, #a " " #op " " #b, check_a, check_b); \
   } while (0)
 #define CHECK_EQ(a, b) CHECK_OP_(a, ==, b)
@@ -101,12 +101,12 @@ template <class A, class B>
 /// TRY(name, expression): returns the error of `expression`, or declares `name` with its value.
 #define LOAM_CONCAT_(a, b) a##b
 #define LOAM_CONCAT(a, b) LOAM_CONCAT_(a, b)
-#define TRY(declaration, expression)                                      \
-  auto LOAM_CONCAT(result_, __LINE__) = (expression);                     \
+#define TRY(declaration, expression)                                                       \
+  auto LOAM_CONCAT(result_, __LINE__) = (expression);                                      \
   if (!LOAM_CONCAT(result_, __LINE__).ok()) return LOAM_CONCAT(result_, __LINE__).error(); \
   declaration = std::move(*LOAM_CONCAT(result_, __LINE__))
-#define TRY_STATUS(expression)                                \
-  do {                                                        \
-    auto try_status = (expression);                           \
-    if (!try_status.ok()) return try_status.error();          \
+#define TRY_STATUS(expression)                       \
+  do {                                               \
+    auto try_status = (expression);                  \
+    if (!try_status.ok()) return try_status.error(); \
   } while (0)

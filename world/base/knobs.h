@@ -37,8 +37,9 @@ template <class Knobs>
 class KnobTable {
  public:
   template <class T>
-  void add(std::string name, T Knobs::* field, T fast, T usual, T exact, std::string unit, std::string what) {
-    KnobRow<Knobs> row{name, std::move(unit), std::move(what), choices_of<T>(), print(fast), print(usual), print(exact), {}, {}};
+  void add(std::string name, T Knobs::*field, T fast, T usual, T exact, std::string unit, std::string what) {
+    KnobRow<Knobs> row{
+        name, std::move(unit), std::move(what), choices_of<T>(), print(fast), print(usual), print(exact), {}, {}};
     row.set = [field, name, choices = row.choices](Knobs& knobs, std::string_view text) -> Status {
       if constexpr (std::is_same_v<T, bool>) {
         TRY(knobs.*field, parse_knob_bool(name, text));
@@ -73,7 +74,9 @@ class KnobTable {
   Knobs preset(Accuracy accuracy) const {
     Knobs knobs;
     for (const auto& row : rows_) {
-      const std::string& text = accuracy == Accuracy::fast ? row.fast : accuracy == Accuracy::usual ? row.usual : row.exact;
+      const std::string& text = accuracy == Accuracy::fast    ? row.fast
+                                : accuracy == Accuracy::usual ? row.usual
+                                                              : row.exact;
       if (!row.set(knobs, text).ok()) std::abort();  // a row's own text always parses
     }
     return knobs;
@@ -90,9 +93,12 @@ class KnobTable {
   }
   template <class T>
   static std::string print(T value) {
-    if constexpr (std::is_same_v<T, bool>) return value ? "true" : "false";
-    else if constexpr (std::is_enum_v<T>) return std::string(knob_choices(T{})[static_cast<size_t>(value)]);
-    else if constexpr (std::is_integral_v<T>) return std::to_string(value);
+    if constexpr (std::is_same_v<T, bool>)
+      return value ? "true" : "false";
+    else if constexpr (std::is_enum_v<T>)
+      return std::string(knob_choices(T{})[static_cast<size_t>(value)]);
+    else if constexpr (std::is_integral_v<T>)
+      return std::to_string(value);
     else {
       char text[40];
       const auto end = std::to_chars(text, text + sizeof text, value);

@@ -23,20 +23,20 @@ enum class Phase : uint8_t { gas, liquid, granular, solid };
 std::string_view phase_name(Phase phase);
 
 struct Block {
-  std::string name;                    // lower_snake_case, or source:name for imported palette entries
+  std::string name;  // lower_snake_case, or source:name for imported palette entries
   Phase phase = Phase::solid;
-  bool opaque = true;                  // no light passes: it hides what is behind it
-  Ratio3 albedo{0.5f, 0.5f, 0.5f};     // diffuse reflectance, each band in (0, 1)
+  bool opaque = true;               // no light passes: it hides what is behind it
+  Ratio3 albedo{0.5f, 0.5f, 0.5f};  // diffuse reflectance, each band in (0, 1)
   std::string bsdf = "lambert";
-  Power3 emission;                     // W emitted by the whole voxel, >= 0
-  Absorption3 absorption;              // 1/m, >= 0; of what light passes
-  float index_of_refraction = 1.0f;    // >= 1
-  Density density{1000.0};             // > 0
-  HeatCapacity heat_capacity{1000.0};  // > 0
+  Power3 emission;                          // W emitted by the whole voxel, >= 0
+  Absorption3 absorption;                   // 1/m, >= 0; of what light passes
+  float index_of_refraction = 1.0f;         // >= 1
+  Density density{1000.0};                  // > 0
+  HeatCapacity heat_capacity{1000.0};       // > 0
   HeatConductivity heat_conductivity{1.0};  // > 0
-  std::optional<Kelvin> ignition;      // burns at this temperature; none: does not burn
-  float hardness = 1.0f;               // Mohs, 0..10
-  std::string proxy;                   // shape drawn instead of a cube; empty: the cube
+  std::optional<Kelvin> ignition;           // burns at this temperature; none: does not burn
+  float hardness = 1.0f;                    // Mohs, 0..10
+  std::string proxy;                        // shape drawn instead of a cube; empty: the cube
 };
 
 /// One bit for each kind of derived mask: what a block is to light, bodies and rules.

@@ -17,9 +17,9 @@
 namespace world {
 
 struct ImportOptions {
-  bool strict = false;        // what has no match is an error
-  bool visible_only = false;  // leave hidden parts out
-  int frame = 0;              // of animated files
+  bool strict = false;          // what has no match is an error
+  bool visible_only = false;    // leave hidden parts out
+  int frame = 0;                // of animated files
   double metres_per_voxel = 0;  // elevation: 0 = the spacing of the posts in the file
   /// Elevation window in posts: columns from west, rows from north; width or height 0 = all.
   struct Window {
@@ -31,9 +31,9 @@ struct ImportOptions {
 
 /// What the user is told about an import.
 struct ImportReport {
-  std::map<std::string, uint64_t> unmapped;                  // name in the file -> voxels
-  std::vector<std::string> warnings;                         // a sentence each
-  std::vector<std::pair<std::string, std::string>> facts;    // table rows: name, value
+  std::map<std::string, uint64_t> unmapped;                // name in the file -> voxels
+  std::vector<std::string> warnings;                       // a sentence each
+  std::vector<std::pair<std::string, std::string>> facts;  // table rows: name, value
 };
 
 struct Format {

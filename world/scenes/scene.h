@@ -23,7 +23,7 @@ struct CameraPlacement {
 
 struct Scene {
   std::string name;
-  std::string what;                            // one line
+  std::string what;  // one line
   // Where the world comes from: a generator ...
   std::string generator;
   uint64_t seed = 1;
@@ -38,10 +38,10 @@ struct Scene {
     std::string block;
   };
   std::vector<Fill> fills;
-  VoxelPos offset;                             // added to every position of the world and its cameras
+  VoxelPos offset;  // added to every position of the world and its cameras
   std::vector<CameraPlacement> cameras;
   Environment environment;
-  std::map<std::string, std::string> knobs;    // name -> value, applied below the command line
+  std::map<std::string, std::string> knobs;  // name -> value, applied below the command line
 };
 
 /// A scene's name, the path of a scene TOML, or the path of anything that formats() reads.

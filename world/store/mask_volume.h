@@ -21,9 +21,9 @@ constexpr int leaf_group_bit(LeafPos l) { return (l.x & 3) << 4 | (l.y & 3) << 2
 
 struct MaskRegion {
   RegionPos pos;
-  uint64_t any_groups = 0;        // bit g: any[g] != 0
-  std::array<uint64_t, 64> any{};   // bit: some voxel of the leaf is set
-  std::array<uint64_t, 64> full{};  // bit: every voxel of the leaf is set
+  uint64_t any_groups = 0;                      // bit g: any[g] != 0
+  std::array<uint64_t, 64> any{};               // bit: some voxel of the leaf is set
+  std::array<uint64_t, 64> full{};              // bit: every voxel of the leaf is set
   std::array<uint32_t, kLeavesPerRegion> slot;  // by index_in_region: place in `masks`, valid where any && !full
   std::vector<LeafMask> masks;
   std::vector<uint32_t> free_slots;

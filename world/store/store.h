@@ -71,17 +71,17 @@ class Store {
   Store& operator=(Store&&) noexcept;
 
   // ---- reading ----
-  BlockId get(VoxelPos v) const;       // for tools and tests: a descent of the tree each time
-  LeafBlocks leaf(LeafPos l) const;    // valid until the next edit
+  BlockId get(VoxelPos v) const;     // for tools and tests: a descent of the tree each time
+  LeafBlocks leaf(LeafPos l) const;  // valid until the next edit
   /// All leaves that are not uniform, sorted by position.
   std::vector<LeafPos> mixed_leaves() const;
   /// Regions that hold anything but air, sorted by position.
   std::vector<RegionPos> regions() const;
-  VoxelBox bounds() const;             // exact, of voxels that are not air
+  VoxelBox bounds() const;  // exact, of voxels that are not air
   Census census() const;
   Census region_census(RegionPos r) const;
-  uint64_t voxel_count() const;        // not air
-  size_t bytes_memory() const;         // block layer and derived masks
+  uint64_t voxel_count() const;  // not air
+  size_t bytes_memory() const;   // block layer and derived masks
   std::vector<LayerInfo> layers() const;
   /// A hash of all blocks that depends on positions and block names only, not on tiles, ids or history.
   uint64_t content_hash() const;

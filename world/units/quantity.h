@@ -71,22 +71,22 @@ constexpr auto operator/(Bands3<A> x, Quantity<B> s) {
 }
 
 // Geometry and radiometry.
-using Length = Quantity<Unit<0, 1, 0>>;       // m
-using Area = Quantity<Unit<0, 2, 0>>;         // m^2
-using SolidAngle = Quantity<Unit<0, 0, 1>>;   // sr
-using Ratio3 = Bands3<Unit<0, 0, 0>>;         // albedo, transmittance
-using PerSteradian3 = Bands3<Unit<0, 0, -1>>; // BSDF value
-using Power3 = Bands3<Unit<1, 0, 0>>;         // W
-using Intensity3 = Bands3<Unit<1, 0, -1>>;    // W/sr
-using Irradiance3 = Bands3<Unit<1, -2, 0>>;   // W/m^2, also radiosity
-using Radiance3 = Bands3<Unit<1, -2, -1>>;    // W/(m^2 sr)
-using Absorption3 = Bands3<Unit<0, -1, 0>>;   // 1/m
+using Length = Quantity<Unit<0, 1, 0>>;        // m
+using Area = Quantity<Unit<0, 2, 0>>;          // m^2
+using SolidAngle = Quantity<Unit<0, 0, 1>>;    // sr
+using Ratio3 = Bands3<Unit<0, 0, 0>>;          // albedo, transmittance
+using PerSteradian3 = Bands3<Unit<0, 0, -1>>;  // BSDF value
+using Power3 = Bands3<Unit<1, 0, 0>>;          // W
+using Intensity3 = Bands3<Unit<1, 0, -1>>;     // W/sr
+using Irradiance3 = Bands3<Unit<1, -2, 0>>;    // W/m^2, also radiosity
+using Radiance3 = Bands3<Unit<1, -2, -1>>;     // W/(m^2 sr)
+using Absorption3 = Bands3<Unit<0, -1, 0>>;    // 1/m
 
 // Matter.
-using Kelvin = Quantity<Unit<0, 0, 0, 0, 1>>;                        // K
-using Density = Quantity<Unit<0, -3, 0, 1>>;                         // kg/m^3
-using HeatCapacity = Quantity<Unit<1, 0, 0, -1, -1, 1>>;             // J/(kg K)
-using HeatConductivity = Quantity<Unit<1, -1, 0, 0, -1>>;            // W/(m K)
+using Kelvin = Quantity<Unit<0, 0, 0, 0, 1>>;              // K
+using Density = Quantity<Unit<0, -3, 0, 1>>;               // kg/m^3
+using HeatCapacity = Quantity<Unit<1, 0, 0, -1, -1, 1>>;   // J/(kg K)
+using HeatConductivity = Quantity<Unit<1, -1, 0, 0, -1>>;  // W/(m K)
 
 constexpr Area square_metres(double v) { return {v}; }
 constexpr SolidAngle steradians(double v) { return {v}; }
