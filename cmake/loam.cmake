@@ -34,3 +34,18 @@ function(commit_header target)
       -P ${CMAKE_SOURCE_DIR}/cmake/commit.cmake VERBATIM)
   add_dependencies(${target} loam_commit)
 endfunction()
+
+# concept_folder(target folder MACRO): generated/<folder with _>.list.h holds MACRO(name) for each folder/name.cpp, sorted.
+# A member is one file; the folder is the registry, and nothing depends on globals that a linker may drop.
+function(concept_folder target folder macro)
+  file(GLOB files CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${folder}/*.cpp)
+  list(SORT files)
+  set(text "")
+  foreach(file ${files})
+    get_filename_component(name ${file} NAME_WE)
+    string(APPEND text "${macro}(${name})\n")
+  endforeach()
+  string(REPLACE "/" "_" list ${folder})
+  file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/generated/${list}.list.h CONTENT "${text}")
+  target_include_directories(${target} PRIVATE ${CMAKE_BINARY_DIR}/generated)
+endfunction()
