@@ -35,7 +35,8 @@ function(commit_header target)
   add_dependencies(${target} loam_commit)
 endfunction()
 
-# concept_folder(target folder MACRO): generated/<folder with _>.list.h holds MACRO(name) for each folder/name.cpp, sorted.
+# concept_folder(target folder MACRO [not a member...]): generated/<folder with _>.list.h holds MACRO(name) for each
+# folder/name.cpp, sorted.
 # A member is one file; the folder is the registry, and nothing depends on globals that a linker may drop.
 function(concept_folder target folder macro)
   file(GLOB files CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${folder}/*.cpp)
@@ -43,7 +44,9 @@ function(concept_folder target folder macro)
   set(text "")
   foreach(file ${files})
     get_filename_component(name ${file} NAME_WE)
-    string(APPEND text "${macro}(${name})\n")
+    if(NOT name IN_LIST ARGN)
+      string(APPEND text "${macro}(${name})\n")
+    endif()
   endforeach()
   string(REPLACE "/" "_" list ${folder})
   file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/generated/${list}.list.h CONTENT "${text}")

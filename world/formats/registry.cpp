@@ -1,0 +1,121 @@
+// The one registry: each file world/formats/NAME.cpp is a format and exposes `const Format& NAME_format()`.
+// CMake lists the folder; this file and file.cpp are the only ones that are no format.
+#include "world/formats/format.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "world/base/text.h"
+
+namespace world {
+
+#define FORMAT(name) const Format& name##_format();
+#include "world_formats.list.h"
+#undef FORMAT
+
+namespace {
+
+constexpr size_t kHeadBytes = 64;
+
+bool ends_with_extension(const std::filesystem::path& path, const std::string& extension) {
+  const std::string name = path.filename().string();
+  if (name.size() <= extension.size()) return false;
+  return std::equal(extension.rbegin(), extension.rend(), name.rbegin(),
+                    [](unsigned char a, unsigned char b) { return std::tolower(a) == std::tolower(b); });
+}
+
+/// The format with the longest matching extension among those that `usable` accepts.
+const Format* find_by_extension(const std::filesystem::path& path, bool (*usable)(const Format&)) {
+  const Format* best = nullptr;
+  size_t best_length = 0;
+  for (const Format& format : formats()) {
+    for (const std::string& extension : format.extensions) {
+      if (usable(format) && extension.size() > best_length && ends_with_extension(path, extension)) {
+        best = &format;
+        best_length = extension.size();
+      }
+    }
+  }
+  return best;
+}
+
+bool readable(const Format& format) { return static_cast<bool>(format.read); }
+bool writable(const Format& format) { return static_cast<bool>(format.write); }
+
+std::vector<std::string> extensions_of(bool (*usable)(const Format&)) {
+  std::vector<std::string> all;
+  for (const Format& format : formats()) {
+    if (usable(format)) all.insert(all.end(), format.extensions.begin(), format.extensions.end());
+  }
+  return all;
+}
+
+/// "; did you mean .vox?" where the extension looks like a known one.
+std::string hint(const std::filesystem::path& path, const std::vector<std::string>& known) {
+  const std::string near = nearest_text(path.extension().string(), known);
+  return near.empty() ? "" : fmt::format("; did you mean {}?", near);
+}
+
+}  // namespace
+
+const std::vector<Format>& formats() {
+  static const std::vector<Format> all = {
+#define FORMAT(name) name##_format(),
+#include "world_formats.list.h"
+#undef FORMAT
+  };
+  return all;
+}
+
+Result<const Format*> format_for_reading(const std::filesystem::path& path) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) {
+    return input_error(fmt::format("{}: is a folder, expected a file", path.string()));
+  }
+  if (const Format* format = find_by_extension(path, readable)) return format;
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return input_error(fmt::format("{}: cannot open: {}", path.string(), std::strerror(errno)));
+  std::vector<uint8_t> head(kHeadBytes);
+  file.read(reinterpret_cast<char*>(head.data()), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<size_t>(file.gcount()));
+  for (const Format& format : formats()) {
+    if (format.read && format.recognizes && format.recognizes(head)) return &format;
+  }
+  const std::vector<std::string> known = extensions_of(readable);
+  return input_error(fmt::format("{}: unknown kind of file '{}'; readable are {}{}", path.string(),
+                                 path.extension().string(), fmt::join(known, ", "), hint(path, known)));
+}
+
+Result<const Format*> format_for_writing(const std::filesystem::path& path) {
+  if (const Format* format = find_by_extension(path, writable)) return format;
+  const std::vector<std::string> known = extensions_of(writable);
+  return usage_error(fmt::format("{}: unknown kind of file '{}'; writable are {}{}", path.string(),
+                                 path.extension().string(), fmt::join(known, ", "), hint(path, known)));
+}
+
+Result<World> read_world(const std::filesystem::path& path, const ImportOptions& options, ImportReport& report) {
+  TRY(const Format* format, format_for_reading(path));
+  return format->read(path, options, report);
+}
+
+Status write_world(const World& world, const std::filesystem::path& path) {
+  TRY(const Format* format, format_for_writing(path));
+  return write_file_atomically(path, [&](const std::filesystem::path& temporary) -> Status {
+    const Status status = format->write(world, temporary);
+    if (status) return {};
+    // The user knows the target, not the temporary name.
+    std::string message = status.error().message;
+    for (size_t at; (at = message.find(temporary.string())) != std::string::npos;) {
+      message.replace(at, temporary.string().size(), path.string());
+    }
+    return Error{status.error().kind, message};
+  });
+}
+
+}  // namespace world
