@@ -1,0 +1,201 @@
+/// The palette of blocks and the reader of world/blocks/*.toml. A block is one section:
+///
+///   [granite]                                  lower_snake_case; the name in scenes, saves and on the command line
+///   albedo = [0.29, 0.25, 0.23]                required; diffuse reflectance, linear, each band in (0, 1)
+///   density_kg_per_m3 = 2700                   required; > 0
+///   heat_capacity_j_per_kg_k = 790             required; > 0
+///   heat_conductivity_w_per_m_k = 2.9          required; > 0
+///   hardness_mohs = 6.5                        required; 0 to 10
+///   phase = "solid"                            gas, liquid, granular or solid; solid where missing
+///   opaque = true                              no light passes; true where missing
+///   bsdf = "lambert"                           by name; lambert where missing
+///   emission_w = [0, 0, 0]                     W of the whole voxel, >= 0; dark where missing
+///   absorption_per_m = [0, 0, 0]               of light that passes, >= 0; only where opaque = false
+///   index_of_refraction = 1.0                  1 to 5; 1 where missing
+///   ignition_k = 573                           K, > 0; does not burn where missing
+///   proxy = "cross"                            shape drawn instead of the cube: the cube where missing
+#include <algorithm>
+
+#include "world/base/text.h"
+#include "world/base/toml_reader.h"
+#include "world/blocks/block.h"
+
+#include "block_files.h"
+
+namespace world {
+
+namespace {
+
+constexpr std::string_view kPhaseNames[] = {"gas", "liquid", "granular", "solid"};
+constexpr NumberRange kAlbedoRange{.min = 0, .max = 1, .open_min = true, .open_max = true};
+constexpr NumberRange kAtLeastZero{.min = 0};
+constexpr NumberRange kAboveZero{.min = 0, .open_min = true};
+constexpr NumberRange kRefractionRange{.min = 1, .max = 5};
+constexpr NumberRange kHardnessRange{.min = 0, .max = 10};
+
+bool name_is_plain(std::string_view name) {
+  if (name.empty() || name[0] < 'a' || name[0] > 'z') return false;
+  return std::all_of(name.begin(), name.end(),
+                     [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; });
+}
+
+Block air() {
+  Block block;
+  block.name = "air";
+  block.phase = Phase::gas;
+  block.opaque = false;
+  block.index_of_refraction = 1.00029f;
+  block.density = Density{1.2};
+  block.heat_capacity = HeatCapacity{1005};
+  block.heat_conductivity = HeatConductivity{0.026};
+  block.hardness = 0;
+  return block;
+}
+
+bool same(const Block& a, const Block& b) {
+  return a.phase == b.phase && a.opaque == b.opaque && a.albedo == b.albedo && a.bsdf == b.bsdf &&
+         a.emission == b.emission && a.absorption == b.absorption && a.index_of_refraction == b.index_of_refraction &&
+         a.density == b.density && a.heat_capacity == b.heat_capacity && a.heat_conductivity == b.heat_conductivity &&
+         a.ignition == b.ignition && a.hardness == b.hardness && a.proxy == b.proxy;
+}
+
+template <class Bands>
+bool read_bands(TomlTable& table, std::string_view key, Bands& out, NumberRange range, bool required = false) {
+  float bands[3];
+  const std::span<float> values(bands);
+  if (!(required ? table.require(key, values, range) : table.read(key, values, range))) return false;
+  out = {bands[0], bands[1], bands[2]};
+  return true;
+}
+
+Block read_block(const std::string& name, TomlTable& table) {
+  Block block;
+  block.name = name;
+  if (!name_is_plain(name)) table.fail({}, "the block name '" + name + "' must be lower_snake_case: a-z, 0-9 and _");
+  int phase = static_cast<int>(block.phase);
+  table.read_choice("phase", phase, kPhaseNames);
+  block.phase = static_cast<Phase>(phase);
+  table.read("opaque", block.opaque);
+  read_bands(table, "albedo", block.albedo, kAlbedoRange, true);
+  table.read("bsdf", block.bsdf);
+  read_bands(table, "emission_w", block.emission, kAtLeastZero);
+  if (read_bands(table, "absorption_per_m", block.absorption, kAtLeastZero) && block.opaque)
+    table.fail("absorption_per_m", "'absorption_per_m' needs 'opaque = false': no light enters an opaque block");
+  table.read("index_of_refraction", block.index_of_refraction, kRefractionRange);
+  table.require("density_kg_per_m3", block.density.value, kAboveZero);
+  table.require("heat_capacity_j_per_kg_k", block.heat_capacity.value, kAboveZero);
+  table.require("heat_conductivity_w_per_m_k", block.heat_conductivity.value, kAboveZero);
+  double ignition = 0;
+  if (table.read("ignition_k", ignition, kAboveZero)) block.ignition = Kelvin{ignition};
+  table.require("hardness_mohs", block.hardness, kHardnessRange);
+  table.read("proxy", block.proxy);
+  return block;
+}
+
+Status check_value(const Block& block, const char* property, float value, const NumberRange& range) {
+  if (range.contains(value)) return {};
+  return input_error("block '" + block.name + "': " + property + " is " + number_text(value) + ", but must be " +
+                     range.text());
+}
+Status check_value(const Block& block, const char* property, double value, const NumberRange& range) {
+  if (range.contains(value)) return {};
+  return input_error("block '" + block.name + "': " + property + " is " + number_text(value) + ", but must be " +
+                     range.text());
+}
+template <class Bands>
+Status check_bands(const Block& block, const char* property, Bands bands, const NumberRange& range) {
+  for (const float value : {bands.r, bands.g, bands.b}) TRY_STATUS(check_value(block, property, value, range));
+  return {};
+}
+
+}  // namespace
+
+std::string_view phase_name(Phase phase) { return kPhaseNames[static_cast<int>(phase)]; }
+
+uint8_t mask_bits(const Block& block) {
+  const auto bit = [](MaskKind kind, bool set) {
+    return static_cast<uint8_t>(set ? 1u << static_cast<int>(kind) : 0u);
+  };
+  return bit(MaskKind::occupied, block.name != "air") | bit(MaskKind::opaque, block.opaque) |
+         bit(MaskKind::solid, block.phase == Phase::solid || block.phase == Phase::granular) |
+         bit(MaskKind::liquid, block.phase == Phase::liquid) | bit(MaskKind::emitting, block.emission.max() > 0);
+}
+
+Status check_block(const Block& block) {
+  if (block.name.empty()) return input_error("a block has an empty name; give it one");
+  TRY_STATUS(check_bands(block, "albedo", block.albedo, kAlbedoRange));
+  TRY_STATUS(check_bands(block, "emission", block.emission, kAtLeastZero));
+  TRY_STATUS(check_bands(block, "absorption", block.absorption, kAtLeastZero));
+  TRY_STATUS(check_value(block, "index of refraction", block.index_of_refraction, kRefractionRange));
+  TRY_STATUS(check_value(block, "density", block.density.value, kAboveZero));
+  TRY_STATUS(check_value(block, "heat capacity", block.heat_capacity.value, kAboveZero));
+  TRY_STATUS(check_value(block, "heat conductivity", block.heat_conductivity.value, kAboveZero));
+  if (block.ignition) TRY_STATUS(check_value(block, "ignition", block.ignition->value, kAboveZero));
+  TRY_STATUS(check_value(block, "hardness", block.hardness, kHardnessRange));
+  return {};
+}
+
+BlockPalette::BlockPalette() {
+  ids_.emplace("air", kAir);
+  blocks_.push_back(air());
+  masks_.push_back(mask_bits(blocks_.back()));
+}
+
+Result<BlockId> BlockPalette::add(Block block) {
+  TRY_STATUS(check_block(block));
+  if (const auto taken = ids_.find(block.name); taken != ids_.end()) {
+    if (same(blocks_[taken->second], block)) return taken->second;
+    return input_error("the block name '" + block.name + "' is taken by a different block; choose another name");
+  }
+  if (blocks_.size() >= kMaxBlocks)
+    return input_error("block '" + block.name + "' has no id left: a world holds at most " +
+                       std::to_string(kMaxBlocks) + " blocks");
+  const BlockId id = static_cast<BlockId>(blocks_.size());
+  ids_.emplace(block.name, id);
+  masks_.push_back(mask_bits(block));
+  blocks_.push_back(std::move(block));
+  return id;
+}
+
+std::optional<BlockId> BlockPalette::find(std::string_view name) const {
+  const auto found = ids_.find(std::string(name));
+  if (found == ids_.end()) return std::nullopt;
+  return found->second;
+}
+
+std::string_view BlockPalette::nearest_name(std::string_view name) const {
+  const Block* best = &blocks_.front();
+  size_t best_distance = SIZE_MAX;
+  for (const Block& block : blocks_) {
+    const size_t distance = edit_distance(name, block.name);
+    if (distance < best_distance) best_distance = distance, best = &block;
+  }
+  return best->name;
+}
+
+Status add_blocks_from_toml(BlockPalette& palette, std::string_view text, const std::string& file_name) {
+  TRY(TomlDocument document, TomlDocument::parse(text, file_name));
+  std::vector<Block> blocks;
+  for (auto& [name, table] : document.root().tables()) {
+    blocks.push_back(read_block(name, table));
+    if (palette.find(name)) table.fail({}, "the block '" + name + "' is defined already; choose another name");
+  }
+  TRY_STATUS(document.finish());
+  for (Block& block : blocks) TRY_STATUS(palette.add(std::move(block)));
+  return {};
+}
+
+const BlockPalette& standard_blocks() {
+  static const BlockPalette palette = [] {
+    BlockPalette blocks;
+    for (const EmbeddedText* file = block_files; file->name; ++file) {
+      const Status added = add_blocks_from_toml(blocks, file->text, file->name);
+      if (!added.ok()) std::cerr << added.error().message << '\n';
+      CHECK(added.ok());
+    }
+    return blocks;
+  }();
+  return palette;
+}
+
+}  // namespace world
