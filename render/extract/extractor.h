@@ -1,0 +1,86 @@
+/// Owns the visible faces of a world: a list of face records a chunk, kept up to date leaf by leaf.
+///
+/// An edit re-extracts the dirty leaves and their six face neighbours and merges again only the chunks in which that
+/// changed anything. Chunks are worked on in parallel; the result does not depend on threads or on history, but for
+/// sealed cavities (see update()).
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "render/extract/face_record.shared.h"
+#include "render/extract/faces.h"
+#include "world/world.h"
+
+namespace render {
+
+/// Inclusive bounds in voxel corners of the chunk (0..64); empty where max < min.
+struct CornerBox {
+  std::array<uint8_t, 3> min{255, 255, 255}, max{0, 0, 0};
+  bool empty() const { return max[0] < min[0]; }
+  void include(const CornerBox& other);
+  friend bool operator==(const CornerBox&, const CornerBox&) = default;
+};
+
+struct ExtractedChunk {
+  ChunkPos pos;
+  world::VoxelPos origin;                         // voxel (0, 0, 0) of the chunk
+  std::vector<FaceRecord> records;                // direction by direction
+  std::array<uint32_t, world::kFaces + 1> first;  // records of direction f: [first[f], first[f + 1])
+  std::array<CornerBox, world::kFaces> bounds;    // exact, of the faces of each direction
+  CornerBox all_bounds;                           // exact, of all faces
+  uint64_t faces = 0;                             // unit faces that the records cover
+  uint64_t version = 0;                           // differs after each change, unique in an extractor
+
+  std::span<const FaceRecord> of_direction(int face) const {
+    return {records.data() + first[face], records.data() + first[face + 1]};
+  }
+};
+
+struct ExtractKnobs {
+  bool merge_faces = true;      // off: one record for each voxel face
+  bool sealed_cavities = true;  // off: faces into cavities that nothing outside can see are left out
+  friend bool operator==(const ExtractKnobs&, const ExtractKnobs&) = default;
+};
+
+struct ExtractReport {
+  uint64_t leaves_extracted = 0;              // whose masks were made
+  uint64_t chunks_merged = 0;                 // whose records were made
+  uint64_t chunks = 0, faces = 0, quads = 0;  // of the whole world, afterwards
+};
+
+class Extractor {
+ public:
+  Extractor();
+  ~Extractor();
+
+  /// Extracts everything. Finds all sealed cavities where the knob asks for it.
+  ExtractReport rebuild(const world::WorldView& view, const ExtractKnobs& knobs);
+  /// Follows edits: `dirty` holds the leaves that changed (Store::take_dirty). Equal to rebuild(), but for cavities
+  /// that an edit has newly closed: their faces stay until the next rebuild(). An opened cavity is found at once.
+  ExtractReport update(const world::WorldView& view, std::span<const world::LeafPos> dirty);
+
+  /// Chunks that have faces, sorted by position.
+  const std::vector<const ExtractedChunk*>& chunks() const { return sorted_; }
+  const ExtractKnobs& knobs() const { return knobs_; }
+  /// True where the voxel lies in a cavity whose faces were left out: a camera there needs sealed_cavities on.
+  bool in_sealed_cavity(world::VoxelPos v) const { return sealed_.test(v); }
+  size_t bytes() const;
+
+ private:
+  struct Chunk;
+  FaceSource source(const world::WorldView& view) const;
+  ExtractReport finish(ExtractReport report);
+  void merge(const world::WorldView& view, std::span<Chunk* const> chunks);
+
+  ExtractKnobs knobs_;
+  world::MaskVolume sealed_;
+  std::unordered_map<ChunkPos, std::unique_ptr<Chunk>, world::PosHash> chunks_;
+  std::vector<const ExtractedChunk*> sorted_;
+  uint64_t next_version_ = 1;
+};
+
+}  // namespace render
