@@ -27,12 +27,22 @@ struct GeneratorInfo {
   std::string what;
   /// Parameter names with defaults; unknown ones are an error.
   std::map<std::string, double> parameters;
+  /// `parameters` may leave out what has a default. Fails where a parameter is unknown or the palette lacks a block.
   std::function<Result<std::unique_ptr<Generator>>(uint64_t seed, const std::map<std::string, double>& parameters,
                                                    const BlockPalette& palette)>
       make;
 };
 
+/// One a file of world/gen/, sorted by name.
 const std::vector<GeneratorInfo>& generators();
+
+/// The generator of that name, made; the error names the nearest known one.
+Result<std::unique_ptr<Generator>> make_generator(const std::string& name, uint64_t seed,
+                                                  const std::map<std::string, double>& parameters,
+                                                  const BlockPalette& palette);
+
+/// The id of a block that a generator needs.
+Result<BlockId> needed_block(const BlockPalette& palette, const std::string& name);
 
 /// Generates all regions that meet the box, in parallel, and adopts them. Voxels outside the box but inside those
 /// regions are cut off to air.
