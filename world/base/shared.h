@@ -1,0 +1,54 @@
+/* Makes a *.shared.h file compile as C++ (GLM) and as GLSL, so that what both sides need is written once.
+ *
+ *   #ifndef LOAM_NAME_SHARED_H      include guards, since GLSL knows no #pragma once
+ *   #define LOAM_NAME_SHARED_H
+ *   #include "world/base/shared.h"
+ *   SHARED_NAMESPACE(world)
+ *   SHARED uint twice(uint x) { return 2u * x; }
+ *   SHARED_CONST float kHalf = 0.5;
+ *   SHARED_NAMESPACE_END
+ *   #endif
+ *
+ * In GLSL: #extension GL_GOOGLE_include_directive : require, and -I the root of the repository.
+ * Inside the namespace C++ sees GLSL's type names and functions through `using namespace glsl`. */
+#ifndef LOAM_SHARED_H
+#define LOAM_SHARED_H
+
+#ifdef __cplusplus
+
+#include <cmath>
+#include <cstdint>
+
+#include <glm/common.hpp>
+#include <glm/exponential.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+namespace glsl {
+using uint = uint32_t;
+using glm::abs, glm::ceil, glm::clamp, glm::cross, glm::dot, glm::floor, glm::length, glm::max, glm::min, glm::mix,
+    glm::sign, glm::sqrt;
+using glm::ivec2, glm::ivec3, glm::ivec4, glm::uvec2, glm::uvec3, glm::uvec4, glm::vec2, glm::vec3, glm::vec4;
+}  // namespace glsl
+
+#define SHARED_NAMESPACE(name) \
+  namespace name {             \
+  namespace shared {           \
+  using namespace glsl;
+#define SHARED_NAMESPACE_END \
+  }                          \
+  }
+#define SHARED inline
+#define SHARED_CONST inline constexpr
+
+#else
+
+#define SHARED_NAMESPACE(name)
+#define SHARED_NAMESPACE_END
+#define SHARED
+#define SHARED_CONST const
+
+#endif
+#endif
