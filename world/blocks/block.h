@@ -72,6 +72,9 @@ Status check_block(const Block& block);
 /// Adds the blocks of one TOML text. Errors name file, line, column and the nearest known key.
 Status add_blocks_from_toml(BlockPalette& palette, std::string_view text, const std::string& file_name);
 
+/// The block as a [section] that add_blocks_from_toml reads back to an equal block.
+std::string toml_from_block(const Block& block);
+
 /// Air and all blocks of world/blocks/*.toml, which are compiled in; ids in order of file and section name.
 const BlockPalette& standard_blocks();
 

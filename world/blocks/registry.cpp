@@ -33,7 +33,10 @@ constexpr NumberRange kAboveZero{.min = 0, .open_min = true};
 constexpr NumberRange kRefractionRange{.min = 1, .max = 5};
 constexpr NumberRange kHardnessRange{.min = 0, .max = 10};
 
+/// lower_snake_case; or source:name of an imported palette entry, where the name is printable and needs no escapes.
 bool name_is_plain(std::string_view name) {
+  if (const size_t colon = name.find(':'); colon != std::string_view::npos && colon > 0)
+    return std::all_of(name.begin(), name.end(), [](char c) { return c > ' ' && c < 127 && c != '"' && c != '\\'; });
   if (name.empty() || name[0] < 'a' || name[0] > 'z') return false;
   return std::all_of(name.begin(), name.end(),
                      [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; });
@@ -71,7 +74,7 @@ bool read_bands(TomlTable& table, std::string_view key, Bands& out, NumberRange 
 Block read_block(const std::string& name, TomlTable& table) {
   Block block;
   block.name = name;
-  if (!name_is_plain(name)) table.fail({}, "the block name '" + name + "' must be lower_snake_case: a-z, 0-9 and _");
+  if (!name_is_plain(name)) table.fail({}, "the block name '" + name + "' must be lower_snake_case (a-z, 0-9 and _), or source:name");
   int phase = static_cast<int>(block.phase);
   table.read_choice("phase", phase, kPhaseNames);
   block.phase = static_cast<Phase>(phase);
@@ -183,6 +186,28 @@ Status add_blocks_from_toml(BlockPalette& palette, std::string_view text, const 
   TRY_STATUS(document.finish());
   for (Block& block : blocks) TRY_STATUS(palette.add(std::move(block)));
   return {};
+}
+
+std::string toml_from_block(const Block& block) {
+  std::string text = "[\"" + block.name + "\"]\n";
+  const auto row = [&](const char* key, const std::string& value) { text += std::string(key) + " = " + value + "\n"; };
+  const auto bands = [&](const char* key, const auto& b) {
+    row(key, "[" + number_text(b.r) + ", " + number_text(b.g) + ", " + number_text(b.b) + "]");
+  };
+  row("phase", "\"" + std::string(phase_name(block.phase)) + "\"");
+  row("opaque", block.opaque ? "true" : "false");
+  bands("albedo", block.albedo);
+  row("bsdf", "\"" + block.bsdf + "\"");
+  bands("emission_w", block.emission);
+  if (!block.opaque) bands("absorption_per_m", block.absorption);
+  row("index_of_refraction", number_text(block.index_of_refraction));
+  row("density_kg_per_m3", number_text(block.density.value));
+  row("heat_capacity_j_per_kg_k", number_text(block.heat_capacity.value));
+  row("heat_conductivity_w_per_m_k", number_text(block.heat_conductivity.value));
+  if (block.ignition) row("ignition_k", number_text(block.ignition->value));
+  row("hardness_mohs", number_text(block.hardness));
+  row("proxy", "\"" + block.proxy + "\"");
+  return text;
 }
 
 const BlockPalette& standard_blocks() {

@@ -115,7 +115,10 @@ class Store {
   const BlockPalette& palette() const { return *palette_; }
 
  private:
+  friend class UndoLog;
   void leaf_changed(LeafPos l);
+  /// Swaps the blocks that an undo step holds with those of the store.
+  void swap_leaves(std::vector<LeafUndo>& step);
   const BlockPalette* palette_;
   std::unique_ptr<StoreNodes> nodes_;
 };

@@ -1,0 +1,84 @@
+/// loam convert IN OUT: import and export, by extension and content, with a table of what could not be mapped.
+#include <cstdio>
+#include <iostream>
+
+#include <nlohmann/json.hpp>
+
+#include "tools/verb.h"
+#include "world/base/text.h"
+#include "world/formats/format.h"
+
+namespace tools {
+
+namespace {
+
+struct ConvertOptions {
+  std::string input, output;
+  std::vector<int> window;
+  world::ImportOptions import;
+  bool json = false;
+};
+
+void print_report(const world::World& world, const world::ImportReport& report) {
+  for (const auto& [name, value] : report.facts) std::printf("%-24s %s\n", name.c_str(), value.c_str());
+  std::printf("%-24s %s\n", "voxels", world::with_thousands(world.store.voxel_count()).c_str());
+  if (!report.unmapped.empty()) std::printf("\nno block for:\n");
+  for (const auto& [name, count] : report.unmapped)
+    std::printf("  %-38s %s\n", name.c_str(), world::with_thousands(count).c_str());
+  for (const std::string& warning : report.warnings) std::fprintf(stderr, "warning: %s\n", warning.c_str());
+}
+
+world::Result<int> run_convert(ConvertOptions options) {
+  if (!options.window.empty()) {
+    if (options.window.size() != 4)
+      return world::usage_error("--window takes COLUMN ROW WIDTH HEIGHT in posts, columns from west, rows from north");
+    options.import.window = {options.window[0], options.window[1], options.window[2], options.window[3]};
+  }
+  TRY_STATUS(world::format_for_writing(options.output).ok()
+                 ? world::Status{}
+                 : world::Status{world::format_for_writing(options.output).error()});
+  world::ImportReport report;
+  TRY(world::World world, world::read_world(options.input, options.import, report));
+  if (options.import.strict && !report.unmapped.empty())
+    return world::input_error(options.input + ": " + std::to_string(report.unmapped.size()) +
+                              " kinds of block have no match, the first is \"" + report.unmapped.begin()->first +
+                              "\": map them or leave --strict out");
+  TRY_STATUS(world::write_world(world, options.output));
+  if (options.json) {
+    nlohmann::json j{
+        {"voxels", world.store.voxel_count()}, {"unmapped", report.unmapped}, {"warnings", report.warnings}};
+    for (const auto& [name, value] : report.facts) j["facts"][name] = value;
+    std::cout << j.dump() << '\n';
+  } else {
+    print_report(world, report);
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_import_options(CLI::App* verb, world::ImportOptions& import, std::vector<int>& window) {
+  verb->add_flag("--strict", import.strict, "what has no match is an error");
+  verb->add_flag("--visible-only", import.visible_only, "leave hidden parts out");
+  verb->add_option("--frame", import.frame, "frame of an animated file");
+  verb->add_option("--metres-per-voxel", import.metres_per_voxel,
+                   "elevation: size of a voxel (default: spacing of the posts)")
+      ->check(CLI::PositiveNumber);
+  verb->add_option("--window", window, "elevation: COLUMN ROW WIDTH HEIGHT in posts, from the north-west")->expected(4);
+  verb->add_option("--vertical-scale", import.vertical_scale, "elevation: heights times this")
+      ->check(CLI::PositiveNumber);
+  verb->add_option("--depth", import.depth_voxels, "elevation: ground below the lowest height, in voxels")
+      ->check(CLI::Range(1, 4096));
+}
+
+void add_convert_verb(Command& command) {
+  auto options = std::make_shared<ConvertOptions>();
+  CLI::App* verb = command.verb("convert", "import and export worlds, by extension");
+  verb->add_option("IN", options->input, "what to read")->required();
+  verb->add_option("OUT", options->output, "what to write")->required();
+  add_import_options(verb, options->import, options->window);
+  verb->add_flag("--json", options->json, "one JSON object on stdout");
+  command.action(verb, [options] { return run_convert(*options); });
+}
+
+}  // namespace tools

@@ -1,0 +1,116 @@
+/// loam info FILE: bounds, census, layers, bytes in memory and on disk, and the effects that the content calls for.
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+
+#include <nlohmann/json.hpp>
+
+#include "tools/verb.h"
+#include "world/base/text.h"
+#include "world/scenes/effects.h"
+#include "world/scenes/scene.h"
+
+namespace tools {
+
+namespace {
+
+// What one cubic metre costs elsewhere (chapter 14.7.2): a byte a voxel, or a triangle list of cubes.
+constexpr double kTriangleListBytesPerM3 = 432;
+
+struct InfoOptions {
+  std::string file;
+  bool effects = false, json = false;
+};
+
+nlohmann::json info_json(const world::World& world, const world::ImportReport& report, uint64_t bytes_disk) {
+  nlohmann::json j;
+  j["voxels"] = world.store.voxel_count();
+  j["census"] = nlohmann::json::object();
+  for (const auto& [id, count] : world.store.census()) j["census"][(*world.palette)[id].name] = count;
+  j["unmapped"] = report.unmapped;
+  const world::VoxelBox box = world.store.bounds();
+  if (box.empty())
+    j["bounds"] = nullptr;
+  else
+    j["bounds"] = {{"min", {box.min.x, box.min.y, box.min.z}}, {"max", {box.max.x, box.max.y, box.max.z}}};
+  const size_t memory = world.store.bytes_memory();
+  j["bytes_memory"] = memory;
+  j["bytes_disk"] = bytes_disk;
+  j["bytes_per_m3_memory"] = box.empty() ? 0.0 : static_cast<double>(memory) / static_cast<double>(box.volume());
+  j["layers"] = nlohmann::json::array();
+  for (const world::LayerInfo& layer : world.store.layers())
+    j["layers"].push_back({{"name", layer.name}, {"bytes", layer.bytes}, {"active_voxels", layer.active_voxels}});
+  j["effects"] = nlohmann::json::array();
+  for (const world::EffectCall& effect : world::called_effects(world))
+    j["effects"].push_back({{"name", effect.name}, {"called_for", effect.called_for}, {"why", effect.why}});
+  char hash[20];
+  std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(world.store.content_hash()));
+  j["hash"] = hash;
+  j["metadata"] = world.metadata;
+  for (const auto& [name, value] : report.facts) j["facts"][name] = value;
+  return j;
+}
+
+void print_info(const nlohmann::json& j, bool effects) {
+  const auto number = [&](const char* key) { return world::with_thousands(j[key].get<uint64_t>()); };
+  std::printf("voxels        %s (not air)\n", number("voxels").c_str());
+  if (!j["bounds"].is_null())
+    std::printf("bounds        (%d, %d, %d) .. (%d, %d, %d), inclusive\n", j["bounds"]["min"][0].get<int>(),
+                j["bounds"]["min"][1].get<int>(), j["bounds"]["min"][2].get<int>(), j["bounds"]["max"][0].get<int>(),
+                j["bounds"]["max"][1].get<int>(), j["bounds"]["max"][2].get<int>());
+  std::printf("in memory     %s, %.3f byte/m3 (a byte a voxel: 1; a triangle list of cubes: %.0f)\n",
+              world::bytes_text(j["bytes_memory"].get<double>()).c_str(), j["bytes_per_m3_memory"].get<double>(),
+              kTriangleListBytesPerM3);
+  std::printf("on disk       %s\n", world::bytes_text(j["bytes_disk"].get<double>()).c_str());
+  std::printf("hash          %s\n", j["hash"].get<std::string>().c_str());
+  for (const auto& [name, value] : j["metadata"].items())
+    std::printf("%-13s %s\n", name.c_str(), value.get<std::string>().c_str());
+  if (j.contains("facts"))
+    for (const auto& [name, value] : j["facts"].items())
+      std::printf("%-24s %s\n", name.c_str(), value.get<std::string>().c_str());
+  std::printf("\nlayers\n");
+  for (const auto& layer : j["layers"])
+    std::printf("  %-20s %12s   %s voxels\n", layer["name"].get<std::string>().c_str(),
+                world::bytes_text(layer["bytes"].get<double>()).c_str(),
+                world::with_thousands(layer["active_voxels"].get<uint64_t>()).c_str());
+  std::printf("\ncensus\n");
+  std::vector<std::pair<uint64_t, std::string>> rows;
+  for (const auto& [name, count] : j["census"].items()) rows.emplace_back(count.get<uint64_t>(), name);
+  std::sort(rows.rbegin(), rows.rend());
+  for (const auto& [count, name] : rows)
+    std::printf("  %-24s %15s\n", name.c_str(), world::with_thousands(count).c_str());
+  for (const auto& [name, count] : j["unmapped"].items())
+    std::printf("  no block for %-24s %15s\n", name.c_str(), world::with_thousands(count.get<uint64_t>()).c_str());
+  if (!effects) return;
+  std::printf("\neffects\n");
+  for (const auto& effect : j["effects"])
+    std::printf("  %-16s %-4s %s\n", effect["name"].get<std::string>().c_str(),
+                effect["called_for"].get<bool>() ? "yes" : "no", effect["why"].get<std::string>().c_str());
+}
+
+world::Result<int> run_info(const InfoOptions& options) {
+  TRY(const world::Scene scene, world::load_scene(options.file));
+  world::ImportReport report;
+  TRY(const world::World world, world::build_world(scene, report));
+  std::error_code none;
+  const auto size = std::filesystem::file_size(options.file, none);
+  const nlohmann::json j = info_json(world, report, none ? 0 : size);
+  if (options.json)
+    std::cout << j.dump() << '\n';
+  else
+    print_info(j, options.effects);
+  return 0;
+}
+
+}  // namespace
+
+void add_info_verb(Command& command) {
+  auto options = std::make_shared<InfoOptions>();
+  CLI::App* verb = command.verb("info", "what a world holds and costs");
+  verb->add_option("FILE", options->file, "a world, an importable file, or a scene")->required();
+  verb->add_flag("--effects", options->effects, "which effects it calls for, and why");
+  verb->add_flag("--json", options->json, "one JSON object on stdout");
+  command.action(verb, [options] { return run_info(*options); });
+}
+
+}  // namespace tools

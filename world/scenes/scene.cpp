@@ -1,0 +1,249 @@
+#include "world/scenes/scene.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "scene_files.h"
+#include "world/base/text.h"
+#include "world/base/toml_reader.h"
+#include "world/gen/generator.h"
+
+namespace world {
+
+namespace {
+
+constexpr double kBorder = kWorldBorder - 1;
+
+VoxelPos voxel_of(const int32_t (&v)[3]) { return {v[0], v[1], v[2]}; }
+
+void read_world_source(TomlTable table, Scene& scene) {
+  std::string file;
+  table.read("generator", scene.generator);
+  table.read("file", file);
+  scene.file = file;
+  table.read("seed", scene.seed);
+  int32_t min[3] = {0, 0, 0}, size[3] = {0, 0, 0}, offset[3] = {0, 0, 0};
+  const NumberRange inside{-kBorder, kBorder};
+  table.read("min", std::span<int32_t>(min), inside);
+  const bool sized = table.read("size", std::span<int32_t>(size), {1, kBorder});
+  table.read("offset", std::span<int32_t>(offset), inside);
+  if (scene.generator.empty() == scene.file.empty())
+    table.fail("generator", "a world comes either from generator = \"...\" or from file = \"...\"");
+  if (!scene.generator.empty() && !sized) table.fail("size", "a generated world needs size = [x, y, z] in voxels");
+  for (int a = 0; a < 3; ++a)
+    if (offset[a] % kRegionSize != 0)
+      table.fail("offset", "each offset must be a multiple of 128, the size of a region");
+  scene.box = {voxel_of(min), {min[0] + size[0] - 1, min[1] + size[1] - 1, min[2] + size[2] - 1}};
+  scene.offset = voxel_of(offset);
+  for (TomlTable parameters : table.table("parameters"))
+    for (const std::string& key : parameters.keys()) {
+      double value = 0;
+      if (parameters.read(key, value)) scene.parameters[key] = value;
+    }
+  ImportOptions& import = scene.import_options;
+  table.read("metres_per_voxel", import.metres_per_voxel, {.min = 0, .open_min = true});
+  table.read("vertical_scale", import.vertical_scale, {.min = 0, .open_min = true});
+  int32_t window[4] = {0, 0, 0, 0};
+  if (table.read("window", std::span<int32_t>(window), {0, 1e6}))
+    import.window = {window[0], window[1], window[2], window[3]};
+}
+
+void read_camera(TomlTable table, Scene& scene) {
+  CameraPlacement camera;
+  double position[3] = {0, 0, 0}, target[3];
+  table.require("name", camera.name);
+  if (table.require("position", std::span<double>(position), NumberRange{-kBorder, kBorder}))
+    camera.position = WorldPoint::from(position[0], position[1], position[2]);
+  if (table.read("look_at", std::span<double>(target), NumberRange{-kBorder, kBorder})) {
+    const Vec3d to = Vec3d(target[0], target[1], target[2]) - Vec3d(position[0], position[1], position[2]);
+    if (glm::length(to) == 0)
+      table.fail("look_at", "look_at must differ from position");
+    else
+      camera.forward = glm::normalize(to);
+  } else {
+    // Yaw from north (-z) clockwise seen from above, pitch up from the horizon.
+    double yaw = 0, pitch = 0;
+    table.read("yaw_deg", yaw);
+    table.read("pitch_deg", pitch, {-90, 90});
+    const double to_radians = 3.14159265358979323846 / 180, y = yaw * to_radians, p = pitch * to_radians;
+    camera.forward = {std::sin(y) * std::cos(p), std::sin(p), -std::cos(y) * std::cos(p)};
+  }
+  table.read("fov_deg", camera.vertical_fov_deg, {0, 180, true, true});
+  camera.position.voxel = camera.position.voxel + scene.offset;
+  scene.cameras.push_back(camera);
+}
+
+void read_bands(TomlTable& table, const char* key, auto& bands) {
+  float v[3];
+  if (table.read(key, std::span<float>(v), {.min = 0, .max = 1e9})) bands = {v[0], v[1], v[2]};
+}
+
+void read_environment(TomlTable root, Environment& environment) {
+  for (TomlTable sun : root.table("sun")) {
+    double d[3];
+    if (sun.read("direction", std::span<double>(d), {-1e6, 1e6})) {
+      const Vec3d direction(d[0], d[1], d[2]);
+      if (glm::length(direction) == 0)
+        sun.fail("direction", "the sun's direction must not be zero");
+      else
+        environment.sun_direction = glm::normalize(direction);
+    }
+    read_bands(sun, "irradiance", environment.sun_irradiance);
+  }
+  for (TomlTable sky : root.table("sky")) {
+    read_bands(sky, "zenith", environment.sky_zenith);
+    read_bands(sky, "horizon", environment.sky_horizon);
+    read_bands(sky, "ground", environment.sky_ground);
+  }
+}
+
+Result<Scene> parse_scene(std::string_view text, const std::string& name, const std::string& file_name) {
+  TRY(TomlDocument document, TomlDocument::parse(text, file_name));
+  Scene scene;
+  scene.name = name;
+  TomlTable root = document.root();
+  root.read("what", scene.what);
+  const auto sources = root.table("world");
+  if (sources.empty()) root.fail("world", "a scene needs a [world] table that says where its world comes from");
+  for (TomlTable source : sources) read_world_source(source, scene);
+  for (TomlTable fill : root.array_of_tables("fill")) {
+    int32_t min[3] = {}, max[3] = {};
+    Scene::Fill f;
+    fill.require("min", std::span<int32_t>(min), NumberRange{-kBorder, kBorder});
+    fill.require("max", std::span<int32_t>(max), NumberRange{-kBorder, kBorder});
+    fill.require("block", f.block);
+    f.box = {voxel_of(min) + scene.offset, voxel_of(max) + scene.offset};
+    scene.fills.push_back(f);
+  }
+  read_environment(root, scene.environment);
+  for (TomlTable camera : root.array_of_tables("camera")) read_camera(camera, scene);
+  for (TomlTable knobs : root.table("knobs"))
+    for (const std::string& key : knobs.keys()) {
+      std::string value;
+      if (knobs.read(key, value)) scene.knobs[key] = value;
+    }
+  TRY_STATUS(document.finish());
+  return scene;
+}
+
+/// The world moved by whole regions.
+Store moved(const Store& from, VoxelPos offset, const BlockPalette& palette) {
+  Store to(palette);
+  StoreReader reader(from);
+  const RegionPos step = region_from_voxel(offset);
+  for (const RegionPos& r : from.regions()) {
+    RegionBuilder builder(r + step);
+    for (int i = 0; i < kLeavesPerRegion; ++i) {
+      const LeafBlocks leaf = reader.leaf(leaf_from_region(r) + leaf_offset_in_region(i));
+      if (leaf.values)
+        builder.set_leaf(i, std::span<const BlockId, kLeafVoxels>(leaf.values, kLeafVoxels));
+      else if (leaf.uniform != kAir)
+        builder.set_uniform(i, leaf.uniform);
+    }
+    to.adopt(std::move(builder));
+  }
+  return to;
+}
+
+Result<World> generated_world(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const GeneratorInfo& info : generators()) {
+    names.push_back(info.name);
+    if (info.name != scene.generator) continue;
+    World world(standard_blocks());
+    TRY(const std::unique_ptr<Generator> generator, info.make(scene.seed, scene.parameters, *world.palette));
+    TRY_STATUS(generate(world.store, *generator, scene.box));
+    world.metadata["source"] = "generator " + scene.generator;
+    world.metadata["seed"] = std::to_string(scene.seed);
+    return world;
+  }
+  return input_error(fmt::format("scene {}: there is no generator \"{}\"; the generators are: {}", scene.name,
+                                 scene.generator, fmt::join(names, ", ")));
+}
+
+}  // namespace
+
+std::vector<std::string> scene_names() {
+  std::vector<std::string> names;
+  for (const EmbeddedText* file = scene_files; file->name; ++file)
+    names.push_back(std::filesystem::path(file->name).stem().string());
+  return names;
+}
+
+Result<Scene> load_scene(const std::string& name_or_path) {
+  for (const EmbeddedText* file = scene_files; file->name; ++file)
+    if (std::filesystem::path(file->name).stem() == name_or_path)
+      return parse_scene(file->text, name_or_path, std::string("world/scenes/") + file->name);
+  const std::filesystem::path path = name_or_path;
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored)) {
+    const std::string nearest = nearest_text(name_or_path, scene_names());
+    return input_error(fmt::format("{}: there is no such file, and no such scene{}; the scenes are: {}", name_or_path,
+                                   nearest.empty() ? "" : " (did you mean \"" + nearest + "\"?)",
+                                   fmt::join(scene_names(), ", ")));
+  }
+  if (path.extension() == ".toml") {
+    TRY(const std::vector<uint8_t> bytes, read_file(path, 16 << 20));
+    TRY(Scene scene,
+        parse_scene({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, path.stem().string(), path.string()));
+    // A file that a scene names lies beside the scene.
+    if (!scene.file.empty() && scene.file.is_relative()) scene.file = path.parent_path() / scene.file;
+    return scene;
+  }
+  Scene scene;
+  scene.name = path.filename().string();
+  scene.file = path;
+  return scene;
+}
+
+Result<World> build_world(const Scene& scene, ImportReport& report) {
+  const bool from_file = !scene.file.empty();
+  TRY(World world, from_file ? read_world(scene.file, scene.import_options, report) : generated_world(scene));
+  if (scene.offset != VoxelPos{}) {
+    Store shifted = moved(world.store, scene.offset, *world.palette);
+    world.store = std::move(shifted);
+  }
+  EditBatch fills;
+  for (const Scene::Fill& fill : scene.fills) {
+    const auto block = world.palette->find(fill.block);
+    if (!block)
+      return input_error(
+          fmt::format("scene {}: a [[fill]] names the block \"{}\", which does not exist (did you mean \"{}\"?)",
+                      scene.name, fill.block, world.palette->nearest_name(fill.block)));
+    fills.fill(fill.box, *block);
+  }
+  if (!fills.empty()) {
+    TRY([[maybe_unused]] const EditReport edits, world.store.apply(fills));
+  }
+  if (!from_file || !scene.cameras.empty()) world.environment = scene.environment;
+  return world;
+}
+
+Result<CameraPlacement> scene_camera(const Scene& scene, const World& world, const std::string& name) {
+  std::vector<std::string> names;
+  for (const CameraPlacement& camera : scene.cameras) {
+    if (name.empty() || camera.name == name) return camera;
+    names.push_back(camera.name);
+  }
+  if (!name.empty() && name != "overview")
+    return usage_error(fmt::format("scene {}: there is no camera \"{}\"; the cameras are: {}", scene.name, name,
+                                   names.empty() ? "overview" : fmt::format("{}", fmt::join(names, ", "))));
+  // Look at the middle from the south-east, from a third of a right angle above, far enough to see the bounding sphere.
+  const VoxelBox box = world.store.bounds();
+  CameraPlacement camera;
+  camera.name = "overview";
+  camera.vertical_fov_deg = 40;
+  camera.forward = glm::normalize(Vec3d(-0.62, -0.52, -0.78));
+  if (box.empty()) return camera;
+  const WorldPoint corner{box.min, Vec3d(0.0)};
+  const Vec3d size(double(box.max.x) - box.min.x + 1, double(box.max.y) - box.min.y + 1,
+                   double(box.max.z) - box.min.z + 1);
+  const double distance = glm::length(size) / 2 / std::sin(camera.vertical_fov_deg / 2 * 3.14159265358979323846 / 180);
+  camera.position = corner + (0.5 * size - distance * 0.82 * camera.forward);
+  return camera;
+}
+
+}  // namespace world

@@ -1,0 +1,42 @@
+#include "world/store/leaf_masks.h"
+
+#include <fmt/format.h>
+
+namespace world {
+
+std::unique_ptr<MaskRegion> build_mask_region(const RegionNode& node, RegionPos pos, std::span<const uint8_t> bits,
+                                              int kind) {
+  auto region = std::make_unique<MaskRegion>();
+  region->pos = pos;
+  size_t mixed = node.getChildMask().countOn();
+  region->masks.reserve(mixed);
+  for (int i = 0; i < kLeavesPerRegion; ++i) {
+    const LeafBlocks leaf = leaf_of(node, i);
+    if (!leaf.values && leaf.uniform == kAir) continue;
+    const LeafMask mask = leaf_mask_of_kind(leaf, bits, kind);
+    if (!mask.is_none()) set_region_leaf(*region, leaf_offset_in_region(i), mask);
+  }
+  region->masks.shrink_to_fit();
+  return region;
+}
+
+void count_region(const RegionNode& node, size_t palette_size, RegionCensus& census) {
+  std::vector<int64_t> counts(palette_size, 0);
+  for (int i = 0; i < kLeavesPerRegion; ++i) {
+    const LeafBlocks leaf = leaf_of(node, i);
+    if (!leaf.values)
+      counts[leaf.uniform] += kLeafVoxels;
+    else
+      for (int v = 0; v < kLeafVoxels; ++v) ++counts[leaf.values[v]];
+  }
+  for (size_t b = 1; b < palette_size; ++b)
+    if (counts[b]) census.counts.emplace_back(static_cast<BlockId>(b), counts[b]);
+}
+
+std::string fmt_edit_outside(const VoxelBox& b) {
+  return fmt::format(
+      "an edit of ({}, {}, {})..({}, {}, {}) leaves the world, whose border is +-{}: nothing was changed", b.min.x,
+      b.min.y, b.min.z, b.max.x, b.max.y, b.max.z, kWorldBorder);
+}
+
+}  // namespace world

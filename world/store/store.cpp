@@ -1,0 +1,440 @@
+#include "world/store/store.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "world/base/jobs.h"
+#include "world/base/random.h"
+#include "world/store/leaf_masks.h"
+#include "world/store/tree.h"
+
+namespace world {
+
+// ---- RegionBuilder ---------------------------------------------------------------------------------------------
+
+struct RegionBuilder::Impl {
+  std::unique_ptr<RegionNode> node;
+};
+
+RegionBuilder::RegionBuilder(RegionPos pos) : pos_(pos), impl_(std::make_unique<Impl>()) {
+  impl_->node = std::make_unique<RegionNode>(coord(voxel_from_region(pos)), kAir, false);
+}
+RegionBuilder::~RegionBuilder() = default;
+RegionBuilder::RegionBuilder(RegionBuilder&&) noexcept = default;
+RegionBuilder& RegionBuilder::operator=(RegionBuilder&&) noexcept = default;
+
+void RegionBuilder::set_leaf(int leaf_index, std::span<const BlockId, kLeafVoxels> values) {
+  write_leaf(*impl_->node, leaf_from_region(pos_) + leaf_offset_in_region(leaf_index), values.data());
+}
+
+void RegionBuilder::set_uniform(int leaf_index, BlockId block) {
+  const LeafPos l = leaf_from_region(pos_) + leaf_offset_in_region(leaf_index);
+  impl_->node->addTile(1, coord(voxel_from_leaf(l)), block, block != kAir);
+}
+
+LeafBlocks RegionBuilder::leaf(int leaf_index) const { return leaf_of(*impl_->node, leaf_index); }
+
+// ---- Store: reading --------------------------------------------------------------------------------------------
+
+Store::Store(const BlockPalette& palette) : palette_(&palette), nodes_(std::make_unique<StoreNodes>()) {}
+Store::~Store() = default;
+Store::Store(Store&&) noexcept = default;
+Store& Store::operator=(Store&&) noexcept = default;
+
+LeafBlocks Store::leaf(LeafPos l) const { return nodes_->leaf(l); }
+BlockId Store::get(VoxelPos v) const { return nodes_->leaf(leaf_from_voxel(v))[index_in_leaf(v)]; }
+
+std::vector<RegionPos> Store::regions() const {
+  std::vector<RegionPos> all;
+  for (const auto& [pos, census] : nodes_->census)
+    if (!census.counts.empty()) all.push_back(pos);
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+std::vector<LeafPos> Store::mixed_leaves() const {
+  std::vector<LeafPos> all;
+  for (const auto& [pos, node] : nodes_->regions)
+    for (auto child = node->cbeginChildOn(); child; ++child) all.push_back(leaf_from_voxel(voxel(child->origin())));
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+namespace {
+
+/// Exact bounds of what is not air in a leaf, relative to its corner.
+VoxelBox leaf_bounds(const LeafBlocks& leaf) {
+  if (!leaf.values) return leaf.uniform == kAir ? VoxelBox{} : VoxelBox{{0, 0, 0}, {7, 7, 7}};
+  const LeafMask mask = leaf_mask(leaf, [](BlockId b) { return b != kAir; });
+  uint64_t any = 0;
+  int min_x = 8, max_x = -1;
+  for (int x = 0; x < 8; ++x)
+    if (mask.word[x]) {
+      any |= mask.word[x];
+      min_x = std::min(min_x, x), max_x = x;
+    }
+  if (!any) return {};
+  int min_z = 8, max_z = -1;
+  for (int z = 0; z < 8; ++z)
+    if (any >> z & 0x0101010101010101ull) min_z = std::min(min_z, z), max_z = z;
+  const int min_y = std::countr_zero(any) / 8, max_y = 7 - std::countl_zero(any) / 8;
+  return {{min_x, min_y, min_z}, {max_x, max_y, max_z}};
+}
+
+}  // namespace
+
+VoxelBox Store::bounds() const {
+  VoxelBox box;
+  for (const RegionPos& pos : regions()) {
+    const RegionNode& node = *nodes_->regions.at(pos);
+    for (int i = 0; i < kLeavesPerRegion; ++i) {
+      const VoxelPos corner = voxel_from_leaf(leaf_from_region(pos) + leaf_offset_in_region(i));
+      // A leaf inside the bounds so far adds nothing.
+      if (box.contains(corner) && box.contains(corner + VoxelPos{7, 7, 7})) continue;
+      const VoxelBox inside = leaf_bounds(leaf_of(node, i));
+      if (!inside.empty()) box.include(VoxelBox{corner + inside.min, corner + inside.max});
+    }
+  }
+  return box;
+}
+
+Census Store::census() const {
+  Census total;
+  for (const auto& [pos, region] : nodes_->census)
+    for (const auto& [block, n] : region.counts) total[block] += static_cast<uint64_t>(n);
+  return total;
+}
+
+Census Store::region_census(RegionPos r) const {
+  Census total;
+  if (const auto found = nodes_->census.find(r); found != nodes_->census.end())
+    for (const auto& [block, n] : found->second.counts) total[block] = static_cast<uint64_t>(n);
+  return total;
+}
+
+uint64_t Store::voxel_count() const {
+  uint64_t n = 0;
+  for (const auto& [block, count] : census()) n += count;
+  return n;
+}
+
+std::vector<LayerInfo> Store::layers() const {
+  std::vector<LayerInfo> all{{"block", static_cast<size_t>(nodes_->tree.memUsage()), voxel_count()}};
+  const char* names[] = {"mask:occupied", "mask:opaque", "mask:solid", "mask:liquid", "mask:emitting"};
+  for (int k = 0; k < kMaskKinds; ++k)
+    if (nodes_->masks[k]) all.push_back({names[k], nodes_->masks[k]->bytes(), nodes_->masks[k]->count()});
+  return all;
+}
+
+size_t Store::bytes_memory() const {
+  size_t total = nodes_->tree.memUsage();
+  for (const auto& masks : nodes_->masks)
+    if (masks) total += masks->bytes();
+  return total;
+}
+
+bool Store::has_layer(const std::string& name) const {
+  for (const LayerInfo& layer : layers())
+    if (layer.name == name) return true;
+  return false;
+}
+
+uint64_t Store::content_hash() const {
+  const size_t blocks = palette_->size();
+  std::vector<uint64_t> name_hash(blocks), uniform_hash(blocks, 0);
+  for (size_t b = 1; b < blocks; ++b) {
+    uint64_t h = 0;
+    for (char c : (*palette_)[static_cast<BlockId>(b)].name) h = hash_combine(h, static_cast<unsigned char>(c));
+    name_hash[b] = h | 1;
+  }
+  // A voxel adds mix(name + index in its leaf), a leaf adds mix(position, sum): sums commute, so neither tiles nor
+  // order matter. The name's multiple keeps this a multiply and two xor-shifts a voxel.
+  const auto voxel_hash = [&](BlockId b, int i) { return mix64(name_hash[b] + static_cast<uint64_t>(i)); };
+  for (size_t b = 1; b < blocks; ++b)
+    for (int i = 0; i < kLeafVoxels; ++i) uniform_hash[b] += voxel_hash(static_cast<BlockId>(b), i);
+  const std::vector<RegionPos> all = regions();
+  return ordered_reduce<uint64_t>(
+      all.size(), 1, 0,
+      [&](size_t begin, size_t) {
+        uint64_t sum = 0;
+        const RegionNode& node = *nodes_->regions.at(all[begin]);
+        for (int n = 0; n < kLeavesPerRegion; ++n) {
+          const LeafBlocks leaf = leaf_of(node, n);
+          uint64_t h = 0;
+          if (!leaf.values) {
+            if (leaf.uniform == kAir) continue;
+            h = uniform_hash[leaf.uniform];
+          } else {
+            for (int i = 0; i < kLeafVoxels; ++i)
+              if (leaf.values[i] != kAir) h += voxel_hash(leaf.values[i], i);
+          }
+          const LeafPos l = leaf_from_region(all[begin]) + leaf_offset_in_region(n);
+          sum += random_bits(h, l.x, l.y, l.z);
+        }
+        return sum;
+      },
+      [](uint64_t a, uint64_t b) { return a + b; });
+}
+
+const MaskVolume& Store::masks(MaskKind kind) const {
+  auto& slot = nodes_->masks[static_cast<int>(kind)];
+  if (slot) return *slot;
+  slot = std::make_unique<MaskVolume>();
+  const std::vector<RegionPos> all = regions();
+  std::vector<std::unique_ptr<MaskRegion>> built(all.size());
+  parallel_for(all.size(), [&](size_t i) {
+    built[i] = build_mask_region(*nodes_->regions.at(all[i]), all[i], palette_->masks(), static_cast<int>(kind));
+  });
+  for (size_t i = 0; i < all.size(); ++i) slot->put_region(all[i], std::move(built[i]));
+  slot->finish();
+  return *slot;
+}
+
+// ---- Store: writing --------------------------------------------------------------------------------------------
+
+void Store::leaf_changed(LeafPos l) {
+  for (auto& list : nodes_->dirty)
+    if (list.empty() || list.back() != l) list.push_back(l);
+  const LeafBlocks blocks = nodes_->leaf(l);
+  for (int k = 0; k < kMaskKinds; ++k)
+    if (nodes_->masks[k]) nodes_->masks[k]->set_leaf(l, leaf_mask_of_kind(blocks, palette_->masks(), k));
+}
+
+void Store::adopt(RegionBuilder&& region) {
+  CHECK_EQ(nodes_->views.load(), 0);
+  const RegionPos pos = region.pos();
+  RegionNode* node = region.impl_->node.release();
+  const auto old = nodes_->regions.find(pos);
+  const bool replaces = old != nodes_->regions.end();
+  // Every leaf that was or is not air has changed for those who follow.
+  std::vector<LeafPos> changed;
+  for (int i = 0; i < kLeavesPerRegion; ++i) {
+    const auto not_air = [&](const RegionNode& n) {
+      const LeafBlocks leaf = leaf_of(n, i);
+      return leaf.values || leaf.uniform != kAir;
+    };
+    if (not_air(*node) || (replaces && not_air(*old->second)))
+      changed.push_back(leaf_from_region(pos) + leaf_offset_in_region(i));
+  }
+  RegionCensus census;
+  count_region(*node, palette_->size(), census);
+  nodes_->put_region(pos, node);
+  nodes_->census[pos] = std::move(census);
+  for (auto& list : nodes_->dirty) list.insert(list.end(), changed.begin(), changed.end());
+  for (int k = 0; k < kMaskKinds; ++k)
+    if (nodes_->masks[k]) {
+      nodes_->masks[k]->put_region(pos, build_mask_region(*node, pos, palette_->masks(), k));
+      nodes_->masks[k]->finish();
+    }
+}
+
+void Store::prune() {
+  CHECK_EQ(nodes_->views.load(), 0);
+  for (auto& [pos, node] : nodes_->regions)
+    for (int i = 0; i < kLeavesPerRegion; ++i) {
+      const LeafBlocks leaf = leaf_of(*node, i);
+      if (leaf.values && all_equal(leaf.values))
+        node->addTile(1, coord(voxel_from_leaf(leaf_from_region(pos) + leaf_offset_in_region(i))), leaf.values[0],
+                      leaf.values[0] != kAir);
+    }
+}
+
+namespace {
+
+/// One operation of a batch on one leaf.
+struct LeafOp {
+  LeafPos leaf;
+  uint32_t op;
+};
+constexpr uint64_t kMostLeavesInBatch = uint64_t{1} << 26;
+
+Result<std::vector<LeafOp>> split_by_leaf(const EditBatch& batch, size_t palette_size) {
+  std::vector<LeafOp> ops;
+  uint64_t leaves = 0;
+  for (const EditBatch::Op& op : batch.ops()) {
+    if (!inside_world(op.box.min) || !inside_world(op.box.max)) return input_error(fmt_edit_outside(op.box));
+    if (op.block >= palette_size)
+      return input_error("an edit writes block id " + std::to_string(op.block) + ", but the world's palette has only " +
+                         std::to_string(palette_size) + " blocks: add the block to the palette first");
+    const LeafPos a = leaf_from_voxel(op.box.min), b = leaf_from_voxel(op.box.max);
+    leaves += VoxelBox{{a.x, a.y, a.z}, {b.x, b.y, b.z}}.volume();
+    if (leaves > kMostLeavesInBatch)
+      return input_error("an edit batch covers more than 67,108,864 leaves of 8^3 voxels: split it into smaller boxes");
+  }
+  ops.reserve(leaves);
+  for (size_t i = 0; i < batch.ops().size(); ++i) {
+    const VoxelBox& box = batch.ops()[i].box;
+    const LeafPos a = leaf_from_voxel(box.min), b = leaf_from_voxel(box.max);
+    for (int x = a.x; x <= b.x; ++x)
+      for (int y = a.y; y <= b.y; ++y)
+        for (int z = a.z; z <= b.z; ++z) ops.push_back({{x, y, z}, static_cast<uint32_t>(i)});
+  }
+  // Region first, then leaf, then the order of the batch.
+  const auto before = [](const LeafOp& p, const LeafOp& q) {
+    const auto rp = region_from_leaf(p.leaf), rq = region_from_leaf(q.leaf);
+    if (rp != rq) return rp < rq;
+    if (p.leaf != q.leaf) return p.leaf < q.leaf;
+    return p.op < q.op;
+  };
+  if (!std::is_sorted(ops.begin(), ops.end(), before)) std::sort(ops.begin(), ops.end(), before);
+  return ops;
+}
+
+void write_box(BlockId* values, LeafPos leaf, const VoxelBox& box, BlockId block) {
+  const VoxelPos corner = voxel_from_leaf(leaf);
+  VoxelPos a, b;
+  for (int axis = 0; axis < 3; ++axis) {
+    a[axis] = std::max(box.min[axis] - corner[axis], 0);
+    b[axis] = std::min(box.max[axis] - corner[axis], 7);
+  }
+  for (int x = a.x; x <= b.x; ++x)
+    for (int y = a.y; y <= b.y; ++y)
+      for (int z = a.z; z <= b.z; ++z) values[x << 6 | y << 3 | z] = block;
+}
+
+void copy_leaf(const LeafBlocks& leaf, BlockId* values) {
+  if (leaf.values)
+    std::memcpy(values, leaf.values, kLeafVoxels * sizeof(BlockId));
+  else
+    std::fill_n(values, kLeafVoxels, leaf.uniform);
+}
+
+}  // namespace
+
+/// Replaces a leaf's blocks; keeps census and undo. False where nothing changed.
+bool StoreWriter::replace(LeafPos l, const BlockId* before, const BlockId* after, LeafUndo* undo) {
+  LeafMask changed;
+  uint64_t any = 0;
+  for (int w = 0; w < 8; ++w) {
+    uint64_t bits = 0;
+    for (int b = 0; b < 64; ++b) bits |= static_cast<uint64_t>(before[w * 64 + b] != after[w * 64 + b]) << b;
+    changed.word[w] = bits;
+    any |= bits;
+  }
+  if (!any) return false;
+  const RegionPos r = region_from_leaf(l);
+  RegionCensus& census = nodes.census[r];
+  if (undo) *undo = {l, changed, {}};
+  for (int w = 0; w < 8; ++w)
+    for (uint64_t bits = changed.word[w]; bits; bits &= bits - 1) {
+      const int i = w * 64 + std::countr_zero(bits);
+      census.add(before[i], -1);
+      census.add(after[i], 1);
+      if (undo) undo->values.push_back(before[i]);
+      ++voxels_changed;
+    }
+  write_leaf(nodes.make_region(r), l, after);
+  ++leaves_changed;
+  return true;
+}
+
+Result<EditReport> Store::apply(const EditBatch& batch, UndoLog* undo) {
+  CHECK_EQ(nodes_->views.load(), 0);
+  TRY(const std::vector<LeafOp> ops, split_by_leaf(batch, palette_->size()));
+  StoreWriter writer{*nodes_};
+  std::vector<LeafUndo> step;
+  BlockId before[kLeafVoxels], after[kLeafVoxels];
+  for (size_t i = 0; i < ops.size();) {
+    const LeafPos l = ops[i].leaf;
+    copy_leaf(nodes_->leaf(l), before);
+    std::memcpy(after, before, sizeof after);
+    for (; i < ops.size() && ops[i].leaf == l; ++i) {
+      const EditBatch::Op& op = batch.ops()[ops[i].op];
+      write_box(after, l, op.box, op.block);
+    }
+    LeafUndo leaf_undo;
+    if (!writer.replace(l, before, after, undo ? &leaf_undo : nullptr)) continue;
+    if (undo) step.push_back(std::move(leaf_undo));
+    leaf_changed(l);
+  }
+  if (undo && !step.empty()) {
+    undo->done_.push_back(std::move(step));
+    undo->undone_.clear();
+  }
+  return EditReport{writer.voxels_changed, writer.leaves_changed};
+}
+
+// ---- what changed ----------------------------------------------------------------------------------------------
+
+int Store::subscribe() {
+  nodes_->dirty.emplace_back();
+  return static_cast<int>(nodes_->dirty.size()) - 1;
+}
+
+std::vector<LeafPos> Store::take_dirty(int subscriber) {
+  std::vector<LeafPos> taken = std::move(nodes_->dirty[static_cast<size_t>(subscriber)]);
+  nodes_->dirty[static_cast<size_t>(subscriber)].clear();
+  std::sort(taken.begin(), taken.end());
+  taken.erase(std::unique(taken.begin(), taken.end()), taken.end());
+  return taken;
+}
+
+void Store::begin_view() const { ++nodes_->views; }
+void Store::end_view() const { --nodes_->views; }
+
+void Store::swap_leaves(std::vector<LeafUndo>& step) {
+  CHECK_EQ(nodes_->views.load(), 0);
+  StoreWriter writer{*nodes_};
+  BlockId before[kLeafVoxels], after[kLeafVoxels];
+  for (LeafUndo& entry : step) {
+    copy_leaf(nodes_->leaf(entry.leaf), before);
+    std::memcpy(after, before, sizeof after);
+    size_t n = 0;
+    for (int i = 0; i < kLeafVoxels; ++i)
+      if (entry.changed.test(i)) after[i] = entry.values[n++];
+    LeafUndo inverse;
+    if (writer.replace(entry.leaf, before, after, &inverse)) {
+      leaf_changed(entry.leaf);
+      entry = std::move(inverse);
+    }
+  }
+}
+
+bool UndoLog::undo(Store& store) {
+  if (done_.empty()) return false;
+  store.swap_leaves(done_.back());
+  undone_.push_back(std::move(done_.back()));
+  done_.pop_back();
+  return true;
+}
+
+bool UndoLog::redo(Store& store) {
+  if (undone_.empty()) return false;
+  store.swap_leaves(undone_.back());
+  done_.push_back(std::move(undone_.back()));
+  undone_.pop_back();
+  return true;
+}
+
+size_t UndoLog::bytes() const {
+  size_t total = 0;
+  for (const auto* log : {&done_, &undone_})
+    for (const auto& step : *log)
+      for (const LeafUndo& leaf : step) total += sizeof leaf + leaf.values.capacity() * sizeof(BlockId);
+  return total;
+}
+
+// ---- StoreReader -----------------------------------------------------------------------------------------------
+
+struct StoreReader::Impl {
+  const StoreNodes* nodes;
+  RegionPos pos{INT32_MAX, 0, 0};
+  const RegionNode* node = nullptr;
+};
+
+StoreReader::StoreReader(const Store& store) : impl_(new Impl{&store.nodes()}) {}
+StoreReader::~StoreReader() = default;
+
+LeafBlocks StoreReader::leaf(LeafPos l) {
+  const RegionPos r = region_from_leaf(l);
+  if (r != impl_->pos) {
+    const auto found = impl_->nodes->regions.find(r);
+    impl_->pos = r;
+    impl_->node = found == impl_->nodes->regions.end() ? nullptr : found->second;
+  }
+  return impl_->node ? leaf_of(*impl_->node, index_in_region(l)) : LeafBlocks{};
+}
+
+BlockId StoreReader::get(VoxelPos v) { return leaf(leaf_from_voxel(v))[index_in_leaf(v)]; }
+
+}  // namespace world

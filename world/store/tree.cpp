@@ -1,0 +1,70 @@
+#include "world/store/tree.h"
+
+#include <cstring>
+#include <mutex>
+
+template class openvdb::tree::Tree<LoamBlockTree::RootNodeType>;
+
+namespace world {
+
+void RegionCensus::add(BlockId block, int64_t n) {
+  if (block == kAir || n == 0) return;
+  auto at = std::lower_bound(counts.begin(), counts.end(), block, [](const auto& c, BlockId b) { return c.first < b; });
+  if (at == counts.end() || at->first != block) at = counts.insert(at, {block, 0});
+  at->second += n;
+  DCHECK(at->second >= 0);
+  if (at->second == 0) counts.erase(at);
+}
+
+void StoreNodes::put_region(RegionPos r, RegionNode* node) {
+  const openvdb::Coord origin = coord(voxel_from_region(r));
+  const openvdb::Coord upper_origin = origin & ~(static_cast<openvdb::Int32>(UpperNode::DIM) - 1);
+  auto* upper = tree.root().probeNode<UpperNode>(origin);
+  if (!upper) {
+    upper = new UpperNode(upper_origin, kAir, false);
+    tree.root().addChild(upper);
+  }
+  upper->addChild(node);
+  regions[r] = node;
+}
+
+RegionNode& StoreNodes::make_region(RegionPos r) {
+  if (const auto found = regions.find(r); found != regions.end()) return *found->second;
+  put_region(r, new RegionNode(coord(voxel_from_region(r)), kAir, false));
+  return *regions[r];
+}
+
+bool all_equal(const BlockId* values) {
+  // Equal to itself shifted by one value: one memcmp, which the C library vectorises.
+  return std::memcmp(values, values + 1, (kLeafVoxels - 1) * sizeof(BlockId)) == 0;
+}
+
+void write_leaf(RegionNode& node, LeafPos l, const BlockId* values) {
+  const auto n = static_cast<openvdb::Index>(index_in_region(l));
+  if (all_equal(values)) {
+    node.addTile(1, coord(voxel_from_leaf(l)), values[0], values[0] != kAir);
+    return;
+  }
+  BlockLeaf* leaf;
+  if (node.isChildMaskOn(n)) {
+    leaf = const_cast<BlockLeaf*>(node.getTable()[n].getChild());
+  } else {
+    leaf = new BlockLeaf(coord(voxel_from_leaf(l)), kAir, false);
+    node.addChild(leaf);
+  }
+  std::memcpy(leaf->buffer().data(), values, kLeafVoxels * sizeof(BlockId));
+  BlockLeaf::NodeMaskType active;
+  for (int w = 0; w < 8; ++w) {
+    uint64_t bits = 0;
+    for (int b = 0; b < 64; ++b) bits |= static_cast<uint64_t>(values[w * 64 + b] != kAir) << b;
+    active.getWord<uint64_t>(static_cast<openvdb::Index>(w)) = bits;
+  }
+  leaf->setValueMask(active);
+}
+
+void initialize_openvdb() {
+  static std::once_flag once;
+  std::call_once(once, [] { openvdb::initialize(); });
+}
+
+}  // namespace world
