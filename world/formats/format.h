@@ -19,12 +19,12 @@ namespace world {
 struct ImportOptions {
   bool strict = false;          // what has no match is an error
   bool visible_only = false;    // leave hidden parts out
-  int frame = 0;                // of animated files
+  int frame = -1;               // of animated files; -1: as the file opens (world/formats/vox/vox_file.h)
   double metres_per_voxel = 0;  // elevation: 0 = the spacing of the posts in the file
   /// Elevation window in posts: columns from west, rows from north; width or height 0 = all.
   struct Window {
     int column = 0, row = 0, width = 0, height = 0;
-  } window;
+  } window = {};
   double vertical_scale = 1;  // elevation exaggeration
   int depth_voxels = 8;       // elevation: thickness of the ground below the lowest height
 };

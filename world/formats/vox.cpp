@@ -1,0 +1,279 @@
+// MagicaVoxel .vox -> world.
+//
+// The file is z up, the world y up: a point (x, y, z) of the file becomes (x, z, -y), a quarter turn about x and no
+// mirroring, so the cell [y, y + 1) becomes the voxel -y - 1.
+// Where instances overlap, the one that comes later in the scene graph wins.
+// Hidden parts come along, and the report names them; visible_only leaves them out.
+// Each colour that is used becomes a block "vox:INDEX": sRGB to linear, each band kept within [kMinAlbedo, kMaxAlbedo],
+// because no real surface reflects nothing or everything and light transport needs the bounds.
+// Materials (MATL; the older MATT in the same words):
+//   _diffuse            opaque, lambert
+//   _metal              opaque, blinn_phong
+//   _glass, _blend      not opaque, dielectric; _ri or 1 + _ior; one metre of it passes the colour, or the
+//                       share _alpha (_trans in later files) of everything where that is more
+//   _media              not opaque, a gas; extinction 10 * _d per metre, of which 1 - colour is absorbed
+//   _emit > 0           emits kEmittedWatts * _emit * 10^_flux * colour; the file has no unit, the scale is ours:
+//                       _emit = 1 at _flux 0 is the power of a lamp block
+// Not carried over: roughness and _g (no block property holds them yet). The order of the palette on the screen (IMAP),
+// row names (NOTE) and cameras (rCAM) go to the metadata.
+#include "world/formats/vox.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "world/base/text.h"
+#include "world/formats/collector.h"
+
+namespace world {
+
+namespace {
+
+constexpr float kMinAlbedo = 0.004f, kMaxAlbedo = 0.98f;
+constexpr double kEmittedWatts = 3600;
+constexpr uint64_t kMaxFileBytes = uint64_t{1} << 31;
+constexpr uint64_t kMaxInstancedVoxels = uint64_t{1} << 27;
+constexpr size_t kMaxMetadataEntries = 64, kMaxMetadataBytes = 256;
+
+/// IEC 61966-2-1.
+double linear_from_srgb(uint8_t byte) {
+  const double s = byte / 255.0;
+  return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
+}
+
+/// The number of an attribute, or `without` where it is missing or no finite number.
+double number(const vox::Dictionary& attributes, const char* key, double without) {
+  const auto found = attributes.find(key);
+  if (found == attributes.end()) return without;
+  const std::string& text = found->second;
+  double value = without;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && std::isfinite(value) ? value : without;
+}
+
+std::string text(const vox::Dictionary& attributes, const char* key, const char* without) {
+  const auto found = attributes.find(key);
+  return found == attributes.end() ? without : found->second;
+}
+
+/// Names in files are any bytes; reports and saves want short, printable text.
+std::string printable(std::string_view bytes) {
+  std::string clean;
+  for (const char c : bytes.substr(0, kMaxMetadataBytes)) clean += c >= 32 && c < 127 ? c : '?';
+  return clean;
+}
+
+std::string type_of(const vox::File& file, int colour) {
+  const auto material = file.materials.find(colour);
+  const std::string type = material == file.materials.end() ? "_diffuse" : text(material->second, "_type", "_diffuse");
+  return type.empty() ? "_diffuse" : type;
+}
+
+bool known_type(const std::string& type) {
+  for (const char* known : {"_diffuse", "_metal", "_glass", "_blend", "_media", "_emit"}) {
+    if (type == known) return true;
+  }
+  return false;
+}
+
+Block make_block(const vox::File& file, int colour) {
+  const vox::Colour c = file.palette[static_cast<size_t>(colour)];
+  const auto band = [](uint8_t byte) {
+    return std::clamp(static_cast<float>(linear_from_srgb(byte)), kMinAlbedo, kMaxAlbedo);
+  };
+  Block block;
+  block.name = fmt::format("vox:{}", colour);
+  block.albedo = {band(c.r), band(c.g), band(c.b)};
+  const auto found = file.materials.find(colour);
+  if (found == file.materials.end()) return block;
+  const vox::Dictionary& material = found->second;
+  const std::string type = type_of(file, colour);
+
+  if (type == "_metal") block.bsdf = "blinn_phong";
+  if (type == "_glass" || type == "_blend") {
+    block.opaque = false;
+    block.bsdf = "dielectric";
+    const double index = number(material, "_ri", 1 + number(material, "_ior", 0.3));
+    block.index_of_refraction = static_cast<float>(std::clamp(index, 1.0, 4.0));
+    const double passed = std::clamp(number(material, "_trans", number(material, "_alpha", 0)), 0.0, 1.0);
+    const auto absorbed = [&](float albedo) { return static_cast<float>(-std::log(std::max<double>(albedo, passed))); };
+    block.absorption = {absorbed(block.albedo.r), absorbed(block.albedo.g), absorbed(block.albedo.b)};
+  }
+  if (type == "_media") {
+    block.opaque = false;
+    block.phase = Phase::gas;
+    block.density = {1.2};
+    block.hardness = 0;
+    const float extinction = static_cast<float>(std::clamp(10 * number(material, "_d", 0.05), 0.0, 1e3));
+    block.absorption = {extinction * (1 - block.albedo.r), extinction * (1 - block.albedo.g),
+                        extinction * (1 - block.albedo.b)};
+  }
+  const double emit = std::clamp(number(material, "_emit", 0), 0.0, 1e3);
+  if (emit > 0) {
+    const double flux = std::clamp(number(material, "_flux", 0), 0.0, 6.0);
+    const float watts = static_cast<float>(kEmittedWatts * emit * std::pow(10.0, flux));
+    block.emission = {block.albedo.r * watts, block.albedo.g * watts, block.albedo.b * watts};
+  }
+  return block;
+}
+
+void add_metadata(World& world, const vox::File& file) {
+  world.metadata["format"] = "vox";
+  world.metadata["voxel_size_m"] = "1";
+  world.metadata["vox.version"] = std::to_string(file.version);
+  const auto join = [](const vox::Dictionary& dictionary) {
+    std::string all;
+    for (const auto& [key, value] : dictionary) all += (all.empty() ? "" : " ") + key + "=" + value;
+    return printable(all);
+  };
+  for (size_t i = 0; i < std::min(file.cameras.size(), kMaxMetadataEntries); ++i) {
+    world.metadata[fmt::format("vox.camera.{}", i)] = join(file.cameras[i]);
+  }
+  for (size_t i = 0; i < std::min(file.notes.size(), kMaxMetadataEntries); ++i) {
+    if (!file.notes[i].empty()) world.metadata[fmt::format("vox.note.{}", i)] = printable(file.notes[i]);
+  }
+  size_t layers = 0;
+  for (const auto& [id, attributes] : file.layers) {
+    if (!attributes.empty() && layers++ < kMaxMetadataEntries)
+      world.metadata[fmt::format("vox.layer.{}", id)] = join(attributes);
+  }
+  if (file.index_map) {
+    std::string all;
+    for (const uint8_t entry : *file.index_map) all += (all.empty() ? "" : " ") + std::to_string(entry);
+    world.metadata["vox.index_map"] = all;
+  }
+}
+
+/// What the table says about the file, whatever was left out of the world.
+void add_facts(const vox::File& file, const std::vector<vox::Instance>& all, ImportReport& report) {
+  uint64_t voxels = 0, instanced = 0, rotated = 0, hidden = 0;
+  for (const vox::Model& model : file.models) voxels += model.voxels.size();
+  std::map<std::string, uint64_t> hidden_parts;
+  for (const vox::Instance& instance : all) {
+    const uint64_t n = file.models[static_cast<size_t>(instance.model)].voxels.size();
+    instanced += n;
+    rotated += instance.transform.rotated();
+    hidden += instance.hidden;
+    if (instance.hidden) hidden_parts[instance.name] += n;
+  }
+  const auto fact = [&](const char* name, const std::string& value) { report.facts.emplace_back(name, value); };
+  fact("file version", std::to_string(file.version));
+  fact("models", std::to_string(file.models.size()));
+  fact("voxels", std::to_string(voxels));
+  fact("instances", fmt::format("{} ({} rotated, {} hidden)", all.size(), rotated, hidden));
+  fact("instanced voxels", std::to_string(instanced));
+  fact("palette", file.has_palette ? "RGBA" : "default");
+  if (file.pack) fact("PACK", std::to_string(*file.pack));
+  if (file.old_materials) fact("MATT", std::to_string(file.old_materials));
+  for (const auto& [part, n] : hidden_parts) {
+    report.warnings.push_back(fmt::format("the hidden part '{}' ({} voxels) was found", printable(part), n));
+  }
+  std::string skipped;
+  for (const auto& [id, count] : file.unknown_chunks) {
+    if (skipped.size() > kMaxMetadataBytes) break;
+    skipped += (skipped.empty() ? "" : ", ") + fmt::format("{} {}", count, id);
+  }
+  if (!skipped.empty()) fact("other chunks", skipped);
+  if (file.trailing_bytes)
+    report.warnings.push_back(fmt::format("{} bytes after the main chunk were skipped", file.trailing_bytes));
+  if (file.version != 150 && file.version != 200) {
+    report.warnings.push_back(fmt::format("the file version {} is not one that is known (150, 200)", file.version));
+  }
+}
+
+}  // namespace
+
+Result<World> world_from_vox(const vox::File& file, const std::string& name, const ImportOptions& options,
+                             ImportReport& report) {
+  TRY(const std::vector<vox::Instance> all, vox::instances(file, name, options.frame));
+  uint64_t instanced = 0;
+  for (const vox::Instance& instance : all) instanced += file.models[static_cast<size_t>(instance.model)].voxels.size();
+  if (instanced > kMaxInstancedVoxels) {
+    return input_error(
+        fmt::format("{}: its scene shows {} voxels; at most {} are read", name, instanced, kMaxInstancedVoxels));
+  }
+  add_facts(file, all, report);
+
+  World world;
+  // A block for each colour that is used, in order of the palette.
+  std::array<uint64_t, 256> used{};
+  for (const vox::Instance& instance : all) {
+    if (options.visible_only && instance.hidden) continue;
+    for (const vox::Voxel& v : file.models[static_cast<size_t>(instance.model)].voxels) ++used[v.colour];
+  }
+  std::array<BlockId, 256> block_of{};
+  std::map<std::string, int> types;
+  int colours = 0;
+  for (int colour = 1; colour < 256; ++colour) {
+    if (!used[static_cast<size_t>(colour)]) continue;
+    TRY(block_of[static_cast<size_t>(colour)], world.palette->add(make_block(file, colour)));
+    const std::string type = type_of(file, colour);
+    ++types[type];
+    ++colours;
+    if (!known_type(type)) report.unmapped["material " + printable(type)] += used[static_cast<size_t>(colour)];
+  }
+  if (options.strict && !report.unmapped.empty()) {
+    return input_error(fmt::format("{}: the {} is not known; leave --strict out to read it as diffuse", name,
+                                   report.unmapped.begin()->first));
+  }
+  if (used[0])
+    report.warnings.push_back(
+        fmt::format("{} voxels have the colour 0, which means empty; they were left out", used[0]));
+
+  VoxelCollector collector;
+  for (const vox::Instance& instance : all) {
+    if (options.visible_only && instance.hidden) continue;
+    const vox::Model& model = file.models[static_cast<size_t>(instance.model)];
+    for (const vox::Voxel& v : model.voxels) {
+      if (v.colour == 0) continue;
+      const auto [x, y, z] = vox::cell(instance.transform, model, v);
+      const int64_t limit = kWorldBorder;
+      if (std::max({std::abs(x), std::abs(y), std::abs(z)}) >= limit) {
+        return input_error(
+            fmt::format("{}: the part '{}' lies at ({}, {}, {}), outside of the world's border of {} voxels", name,
+                        printable(instance.name), x, y, z, limit));
+      }
+      const VoxelPos at{static_cast<int32_t>(x), static_cast<int32_t>(z), static_cast<int32_t>(-y - 1)};
+      if (!collector.set(at, block_of[v.colour])) {
+        return input_error(
+            fmt::format("{}: its voxels are scattered over more than {} cubes of 8 x 8 x 8; that does not fit", name,
+                        VoxelCollector::kMaxLeaves));
+      }
+    }
+  }
+  report.facts.emplace_back("distinct voxels", std::to_string(collector.distinct()));
+  report.facts.emplace_back("colours used", std::to_string(colours));
+  std::string materials;
+  for (const auto& [type, count] : types)
+    materials += (materials.empty() ? "" : ", ") + fmt::format("{} {}", printable(type), count);
+  report.facts.emplace_back("materials used", materials);
+  collector.move_into(world.store);
+  add_metadata(world, file);
+  return world;
+}
+
+const Format& vox_format() {
+  static const Format format = {
+      .name = "vox",
+      .extensions = {".vox"},
+      .what = "MagicaVoxel models and scenes",
+      .recognizes =
+          [](const std::vector<uint8_t>& head) {
+            return head.size() >= 4 && head[0] == 'V' && head[1] == 'O' && head[2] == 'X' && head[3] == ' ';
+          },
+      .read = [](const std::filesystem::path& path, const ImportOptions& options,
+                 ImportReport& report) -> Result<World> {
+        TRY(const std::vector<uint8_t> bytes, read_file(path, kMaxFileBytes));
+        TRY(const vox::File file, vox::parse(bytes, path.string()));
+        TRY(World world, world_from_vox(file, path.string(), options, report));
+        world.metadata["source"] = path.filename().string();
+        return world;
+      },
+      .write = nullptr,
+  };
+  return format;
+}
+
+}  // namespace world
