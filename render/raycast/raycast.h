@@ -1,0 +1,22 @@
+/// The ray caster: one ray a pixel through the grid's masks, on all threads, without a GPU.
+///
+/// A pixel shows the first visible face on its ray: the face of voxel A seen from the voxel B before it, where A is not
+/// air, B is not opaque, and A is opaque or B is air or A's id is larger (render/extract/faces.h has the same rule).
+/// From a camera in air that is the first voxel that is not air. From a camera inside a block it is what lies behind
+/// the inner faces of that block, as in the rasterizer, which culls them. The sun's shadow is a second ray, from the
+/// voxel in front of the face, exactly on it, through opaque voxels.
+///
+/// knobs  view_distance (Euclidean, to the hit), sun_shadow
+/// error  none beyond double rounding of the ray itself: the first hit equals the flat walk's, bit for bit
+/// fails  usage, where the picture's size or the camera is out of range
+#pragma once
+
+#include <memory>
+
+#include "render/backend.h"
+
+namespace render {
+
+world::Result<std::unique_ptr<Backend>> make_raycast_backend();
+
+}  // namespace render

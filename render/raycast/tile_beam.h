@@ -1,0 +1,27 @@
+/// Where the rays of a tile of pixels may start: a plane of the grid before which none of them meets anything.
+///
+/// All rays of a picture start in one point, so those of a tile fill a pyramid. Its longest axis is marched in slabs of
+/// 128, 32 and 8 voxels; a slab is passed where no cell of that size that the pyramid touches holds a voxel. Rays then
+/// start at their own crossing of the last plane passed, which is one of the flat walk's own crossings: hits don't
+/// change by a bit.
+/// source the beam optimisation of Samuli Laine, Tero Karras. Efficient Sparse Voxel Octrees. 2010, on exact planes
+///        instead of depths
+#pragma once
+
+#include "render/camera.h"
+#include "world/store/mask_walk.h"
+
+namespace render {
+
+struct TileBeam {
+  int axis = -1;         // -1: no start known; rays start at the camera
+  int32_t plane = 0;     // rays may start at their crossing of this plane of the axis
+  bool nothing = false;  // no ray of the tile meets anything
+};
+
+/// Bounds of the tile in pixels, [x0, x1] x [y0, y1]. `parent` is a beam of a tile that contains this one, or a
+/// default. The camera's own voxel must be clear.
+TileBeam tile_beam(const world::MaskWalker& walker, const world::WorldPoint& camera, const PixelRays& rays, double x0,
+                   double y0, double x1, double y1, const TileBeam& parent);
+
+}  // namespace render
