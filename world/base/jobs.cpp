@@ -22,8 +22,10 @@ ThreadLimit::ThreadLimit(int threads) {
 ThreadLimit::~ThreadLimit() { delete static_cast<global_control*>(control_); }
 
 void parallel_ranges(size_t count, size_t grain, const std::function<void(size_t, size_t)>& body) {
-  oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<size_t>(0, count, grain == 0 ? 1 : grain),
-                            [&](const auto& range) { body(range.begin(), range.end()); });
+  oneapi::tbb::parallel_for(
+      oneapi::tbb::blocked_range<size_t>(0, count, grain == 0 ? 1 : grain),
+      [&](const auto& range) { body(range.begin(), range.end()); },
+      oneapi::tbb::simple_partitioner());  // others leave pieces longer than the grain
 }
 
 void parallel_for(size_t count, const std::function<void(size_t)>& body) {

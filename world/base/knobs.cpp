@@ -29,6 +29,11 @@ Result<double> parse_knob_number(std::string_view knob, std::string_view text, b
   return number;
 }
 
+Error knob_out_of_range(std::string_view knob, std::string_view text, const std::string& low, const std::string& high) {
+  return usage_error("knob " + std::string(knob) + ": " + std::string(text) + " is outside [" + low + ", " + high +
+                     "]");
+}
+
 Error unknown_knob(std::string_view name, const std::vector<std::string>& known) {
   std::string message = "unknown knob \"" + std::string(name) + "\"";
   const std::string nearest = nearest_text(name, known);

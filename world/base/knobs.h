@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cstdio>
 #include <functional>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -21,6 +22,7 @@ Result<Accuracy> accuracy_from_name(std::string_view name);
 
 Result<bool> parse_knob_bool(std::string_view knob, std::string_view text);
 Result<double> parse_knob_number(std::string_view knob, std::string_view text, bool whole);
+Error knob_out_of_range(std::string_view knob, std::string_view text, const std::string& low, const std::string& high);
 Error unknown_knob(std::string_view name, const std::vector<std::string>& known);
 Error bad_choice(std::string_view knob, std::string_view text, const std::vector<std::string>& choices);
 
@@ -52,6 +54,10 @@ class KnobTable {
         return bad_choice(name, text, choices);
       } else {
         TRY(const double number, parse_knob_number(name, text, std::is_integral_v<T>));
+        using Limits = std::numeric_limits<T>;
+        static_assert(std::is_floating_point_v<T> || sizeof(T) <= 4, "a double does not hold the limits exactly");
+        if (number < Limits::lowest() || number > Limits::max())
+          return knob_out_of_range(name, text, print(Limits::lowest()), print(Limits::max()));
         knobs.*field = static_cast<T>(number);
       }
       return {};

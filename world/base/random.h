@@ -14,7 +14,8 @@ constexpr uint64_t mix64(uint64_t h) {
   return h ^ (h >> 31);
 }
 
-constexpr uint64_t hash_combine(uint64_t h, uint64_t value) { return mix64(h + 0x9e3779b97f4a7c15ull + value); }
+/// Not symmetric, and not a function of h + value: seed 2 at x = 2 has nothing to do with seed 1 at x = 3.
+constexpr uint64_t hash_combine(uint64_t h, uint64_t value) { return mix64((h + 1) * 0x9e3779b97f4a7c15ull + value); }
 
 constexpr uint64_t random_bits(uint64_t seed, int64_t x, int64_t y, int64_t z, uint64_t tick = 0, uint64_t stream = 0) {
   uint64_t h = hash_combine(seed, static_cast<uint64_t>(x));

@@ -21,8 +21,13 @@ struct WorldPoint {
   /// floor and fraction of each coordinate; the coordinates must be finite and within the world's border.
   static WorldPoint from(double x, double y, double z) {
     const double fx = std::floor(x), fy = std::floor(y), fz = std::floor(z);
-    return {{static_cast<int32_t>(fx), static_cast<int32_t>(fy), static_cast<int32_t>(fz)}, {x - fx, y - fy, z - fz}};
+    return {{static_cast<int32_t>(fx), static_cast<int32_t>(fy), static_cast<int32_t>(fz)},
+            {fraction_of(x - fx), fraction_of(y - fy), fraction_of(z - fz)}};
   }
+
+ private:
+  /// Just below an integer the difference rounds to 1: -1e-20 is in voxel -1, at its very end.
+  static double fraction_of(double difference) { return difference < 1 ? difference : 0x1.fffffffffffffp-1; }
 };
 
 /// b - a in metres; exact in the integer part while the points are within 2^31 voxels of each other.
