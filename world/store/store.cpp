@@ -356,12 +356,14 @@ Result<EditReport> Store::apply(const EditBatch& batch, UndoLog* undo) {
 
 // ---- what changed ----------------------------------------------------------------------------------------------
 
-int Store::subscribe() {
+uint64_t Store::identity() const { return nodes_->identity; }
+
+int Store::subscribe() const {
   nodes_->dirty.emplace_back();
   return static_cast<int>(nodes_->dirty.size()) - 1;
 }
 
-std::vector<LeafPos> Store::take_dirty(int subscriber) {
+std::vector<LeafPos> Store::take_dirty(int subscriber) const {
   std::vector<LeafPos> taken = std::move(nodes_->dirty[static_cast<size_t>(subscriber)]);
   nodes_->dirty[static_cast<size_t>(subscriber)].clear();
   std::sort(taken.begin(), taken.end());

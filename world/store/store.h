@@ -97,11 +97,13 @@ class Store {
   /// Turns leaves of one value into tiles; after many random edits.
   void prune();
 
-  // ---- what changed ----
+  // ---- what changed; not from several threads at once ----
+  /// Differs between any two stores of a run, and moves with the store: tells a consumer whose changes it follows.
+  uint64_t identity() const;
   /// A consumer of changes; it starts with nothing dirty.
-  int subscribe();
+  int subscribe() const;
   /// Leaves changed since the last call for this consumer, sorted, each once.
-  std::vector<LeafPos> take_dirty(int subscriber);
+  std::vector<LeafPos> take_dirty(int subscriber) const;
 
   // ---- further layers: they exist only once something makes them ----
   bool has_layer(const std::string& name) const;

@@ -39,6 +39,10 @@ struct RegionCensus {
 };
 
 struct StoreNodes {
+  const uint64_t identity = [] {
+    static std::atomic<uint64_t> stores{0};
+    return ++stores;
+  }();
   BlockTree tree{kAir};
   std::unordered_map<RegionPos, RegionNode*, PosHash> regions;
   std::unordered_map<RegionPos, RegionCensus, PosHash> census;

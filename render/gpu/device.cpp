@@ -1,0 +1,352 @@
+#include "render/gpu/device.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+
+#include "render/gpu/owned.h"
+
+namespace render::gpu {
+
+namespace {
+
+constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
+
+world::Error no_device(const std::string& what) {
+  return {world::ErrorKind::no_device, "cannot draw with Vulkan: " + what};
+}
+
+VKAPI_ATTR VkBool32 VKAPI_CALL collect_message(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,
+                                               const VkDebugUtilsMessengerCallbackDataEXT* data, void* user) {
+  auto* messages = static_cast<DeviceMessages*>(user);
+  const std::lock_guard lock(messages->mutex);
+  messages->texts.push_back(data->pMessage);
+  return VK_FALSE;
+}
+
+/// What the program uses of Vulkan 1.3; all of it exists in lavapipe of Debian 12.
+struct Features {
+  VkPhysicalDeviceVulkan13Features v13 =
+      vk_info<VkPhysicalDeviceVulkan13Features>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES);
+  VkPhysicalDeviceVulkan12Features v12 =
+      vk_info<VkPhysicalDeviceVulkan12Features>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES, &v13);
+  VkPhysicalDeviceFeatures2 all =
+      vk_info<VkPhysicalDeviceFeatures2>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, &v12);
+
+  /// Calls see(name, flag) for each feature in use.
+  template <class See>
+  void each(See see) {
+    see("multiDrawIndirect", all.features.multiDrawIndirect);
+    see("drawIndirectFirstInstance", all.features.drawIndirectFirstInstance);
+    see("scalarBlockLayout", v12.scalarBlockLayout);
+    see("timelineSemaphore", v12.timelineSemaphore);
+    see("dynamicRendering", v13.dynamicRendering);
+    see("synchronization2", v13.synchronization2);
+    see("maintenance4", v13.maintenance4);
+  }
+};
+
+int preference(VkPhysicalDeviceType type) {
+  switch (type) {
+    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
+      return 4;
+    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU:
+      return 3;
+    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU:
+      return 2;
+    case VK_PHYSICAL_DEVICE_TYPE_CPU:
+      return 1;
+    default:
+      return 0;
+  }
+}
+
+bool asked_by_environment() {
+  const char* value = std::getenv("LOAM_VALIDATION");
+  return value && *value && std::strcmp(value, "0") != 0;
+}
+
+}  // namespace
+
+world::Result<std::unique_ptr<Device>> Device::make(const DeviceOptions& options) {
+  std::unique_ptr<Device> device(new Device);
+  TRY_STATUS(device->open(options));
+  return device;
+}
+
+world::Status Device::open_instance(bool validation) {
+  if (volkInitialize() != VK_SUCCESS)
+    return no_device(
+        "the Vulkan loader is not installed; install the Debian packages libvulkan1 and mesa-vulkan-drivers");
+  if (volkGetInstanceVersion() < VK_API_VERSION_1_3)
+    return no_device("the Vulkan loader is older than 1.3; install libvulkan1 and mesa-vulkan-drivers of Debian 12");
+
+  auto application = vk_info<VkApplicationInfo>(VK_STRUCTURE_TYPE_APPLICATION_INFO);
+  application.pApplicationName = "loam";
+  application.apiVersion = VK_API_VERSION_1_3;
+  auto info = vk_info<VkInstanceCreateInfo>(VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO);
+  info.pApplicationInfo = &application;
+
+  const char* layers[] = {kValidationLayer};
+  const char* extensions[] = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME};
+  const VkValidationFeatureEnableEXT checks[] = {VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT};
+  auto features = vk_info<VkValidationFeaturesEXT>(VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT);
+  features.enabledValidationFeatureCount = 1;
+  features.pEnabledValidationFeatures = checks;
+  auto messenger = vk_info<VkDebugUtilsMessengerCreateInfoEXT>(VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT);
+  messenger.messageSeverity =
+      VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
+  messenger.messageType =
+      VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT;
+  messenger.pfnUserCallback = collect_message;
+  messenger.pUserData = messages_.get();
+  if (validation) {
+    info.enabledLayerCount = 1;
+    info.ppEnabledLayerNames = layers;
+    info.enabledExtensionCount = 1;
+    info.ppEnabledExtensionNames = extensions;
+    info.pNext = &features;
+    features.pNext = &messenger;
+  }
+  const VkResult made = vkCreateInstance(&info, nullptr, &instance_);
+  if (made == VK_ERROR_LAYER_NOT_PRESENT)
+    return no_device(
+        "validation was asked for, but its layer is missing; install the Debian package vulkan-validationlayers");
+  if (made != VK_SUCCESS)
+    return no_device(std::string("no driver was found (vkCreateInstance returned ") + result_name(made) +
+                     "); install the Debian package mesa-vulkan-drivers");
+  volkLoadInstance(instance_);
+  if (validation) VK_CHECK(vkCreateDebugUtilsMessengerEXT(instance_, &messenger, nullptr, &messenger_));
+  return {};
+}
+
+world::Status Device::choose_physical() {
+  uint32_t count = 0;
+  std::vector<VkPhysicalDevice> all;
+  if (vkEnumeratePhysicalDevices(instance_, &count, nullptr) == VK_SUCCESS) {
+    all.resize(count);
+    vkEnumeratePhysicalDevices(instance_, &count, all.data());
+    all.resize(count);
+  }
+  if (all.empty()) return no_device("no graphics driver was found; install the Debian package mesa-vulkan-drivers");
+
+  int best = -1;
+  std::string refused;
+  for (const VkPhysicalDevice candidate : all) {
+    auto driver = vk_info<VkPhysicalDeviceDriverProperties>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES);
+    auto properties = vk_info<VkPhysicalDeviceProperties2>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &driver);
+    vkGetPhysicalDeviceProperties2(candidate, &properties);
+    const VkPhysicalDeviceProperties& p = properties.properties;
+    Features features;
+    std::string missing;
+    if (p.apiVersion < VK_API_VERSION_1_3) {
+      missing = "Vulkan 1.3";
+    } else {
+      vkGetPhysicalDeviceFeatures2(candidate, &features.all);
+      features.each([&](const char* name, VkBool32 there) {
+        if (!there) missing = name;
+      });
+    }
+    uint32_t families = 0;
+    vkGetPhysicalDeviceQueueFamilyProperties(candidate, &families, nullptr);
+    std::vector<VkQueueFamilyProperties> queues(families);
+    vkGetPhysicalDeviceQueueFamilyProperties(candidate, &families, queues.data());
+    constexpr VkQueueFlags kNeeded = VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT;
+    uint32_t family = 0;
+    while (family < families && (queues[family].queueFlags & kNeeded) != kNeeded) ++family;
+    if (family == families) missing = "a queue for graphics and compute";
+    if (!missing.empty()) {
+      refused = std::string(p.deviceName) + " lacks " + missing;
+      continue;
+    }
+    if (preference(p.deviceType) <= best) continue;
+    best = preference(p.deviceType);
+    physical_ = candidate;
+    family_ = family;
+    limits_ = p.limits;
+    name_ = std::string(p.deviceName) + ", " + driver.driverInfo;
+  }
+  if (!physical_) return no_device(refused + "; install the Debian package mesa-vulkan-drivers");
+  return {};
+}
+
+world::Status Device::open(const DeviceOptions& options) {
+  TRY_STATUS(open_instance(options.validation || asked_by_environment()));
+  TRY_STATUS(choose_physical());
+
+  Features features;
+  features.each([](const char*, VkBool32& flag) { flag = VK_TRUE; });
+  const float priority = 1;
+  auto queue = vk_info<VkDeviceQueueCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO);
+  queue.queueFamilyIndex = family_;
+  queue.queueCount = 1;
+  queue.pQueuePriorities = &priority;
+  auto info = vk_info<VkDeviceCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO, &features.all);
+  info.queueCreateInfoCount = 1;
+  info.pQueueCreateInfos = &queue;
+  VK_CHECK(vkCreateDevice(physical_, &info, nullptr, &device_));
+  vkGetDeviceQueue(device_, family_, 0, &queue_);
+  memory_.open(physical_, device_);
+
+  auto pool = vk_info<VkCommandPoolCreateInfo>(VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO);
+  pool.flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT;
+  pool.queueFamilyIndex = family_;
+  VK_CHECK(vkCreateCommandPool(device_, &pool, nullptr, &pool_));
+  auto commands = vk_info<VkCommandBufferAllocateInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO);
+  commands.commandPool = pool_;
+  commands.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
+  commands.commandBufferCount = 1;
+  VK_CHECK(vkAllocateCommandBuffers(device_, &commands, &commands_));
+  auto type = vk_info<VkSemaphoreTypeCreateInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO);
+  type.semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE;
+  auto semaphore = vk_info<VkSemaphoreCreateInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO, &type);
+  VK_CHECK(vkCreateSemaphore(device_, &semaphore, nullptr, &timeline_));
+  return {};
+}
+
+Device::~Device() {
+  if (device_) {
+    vkDeviceWaitIdle(device_);
+    collect(submitted_);
+    vkDestroySemaphore(device_, timeline_, nullptr);
+    vkDestroyCommandPool(device_, pool_, nullptr);
+    // What still owns memory now would free it on a dead device.
+    CHECK(memory_.close());
+    vkDestroyDevice(device_, nullptr);
+  }
+  if (messenger_) vkDestroyDebugUtilsMessengerEXT(instance_, messenger_, nullptr);
+  if (instance_) vkDestroyInstance(instance_, nullptr);
+}
+
+std::vector<std::string> Device::messages() const {
+  const std::lock_guard lock(messages_->mutex);
+  return messages_->texts;
+}
+
+world::Status Device::run(const std::function<void(VkCommandBuffer)>& record) {
+  const auto checked = [&]() -> world::Status {
+    VK_CHECK(vkResetCommandPool(device_, pool_, 0));
+    auto begin = vk_info<VkCommandBufferBeginInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO);
+    begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
+    VK_CHECK(vkBeginCommandBuffer(commands_, &begin));
+    record(commands_);
+    VK_CHECK(vkEndCommandBuffer(commands_));
+
+    auto buffer = vk_info<VkCommandBufferSubmitInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO);
+    buffer.commandBuffer = commands_;
+    auto signal = vk_info<VkSemaphoreSubmitInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO);
+    signal.semaphore = timeline_;
+    signal.value = submitted_ + 1;
+    signal.stageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
+    auto submit = vk_info<VkSubmitInfo2>(VK_STRUCTURE_TYPE_SUBMIT_INFO_2);
+    submit.commandBufferInfoCount = 1;
+    submit.pCommandBufferInfos = &buffer;
+    submit.signalSemaphoreInfoCount = 1;
+    submit.pSignalSemaphoreInfos = &signal;
+    VkResult result = vkQueueSubmit2(queue_, 1, &submit, VK_NULL_HANDLE);
+    if (result == VK_SUCCESS) {
+      ++submitted_;
+      auto wait = vk_info<VkSemaphoreWaitInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO);
+      wait.semaphoreCount = 1;
+      wait.pSemaphores = &timeline_;
+      wait.pValues = &submitted_;
+      result = vkWaitSemaphores(device_, &wait, UINT64_MAX);
+    }
+    lost_ = lost_ || result == VK_ERROR_DEVICE_LOST;
+    if (result != VK_SUCCESS) return vulkan_error("submitting work and waiting for it", result);
+    return {};
+  };
+  TRY_STATUS(checked());
+  collect(submitted_);
+  return {};
+}
+
+void Device::retire(VkObjectType type, uint64_t handle) { retired_.push_back({submitted_, type, handle, {}}); }
+void Device::retire(const MemoryRange& range) {
+  retired_.push_back({submitted_, VK_OBJECT_TYPE_DEVICE_MEMORY, 0, range});
+}
+
+void Device::collect(uint64_t reached) {
+  while (!retired_.empty() && retired_.front().after <= reached) {
+    destroy(retired_.front());
+    retired_.pop_front();
+  }
+}
+
+void Device::destroy(const Retired& r) {
+  switch (r.type) {
+    case VK_OBJECT_TYPE_DEVICE_MEMORY:
+      return memory_.release(r.range);
+    case VK_OBJECT_TYPE_BUFFER:
+      return vkDestroyBuffer(device_, reinterpret_cast<VkBuffer>(r.handle), nullptr);
+    case VK_OBJECT_TYPE_IMAGE:
+      return vkDestroyImage(device_, reinterpret_cast<VkImage>(r.handle), nullptr);
+    case VK_OBJECT_TYPE_IMAGE_VIEW:
+      return vkDestroyImageView(device_, reinterpret_cast<VkImageView>(r.handle), nullptr);
+    case VK_OBJECT_TYPE_PIPELINE:
+      return vkDestroyPipeline(device_, reinterpret_cast<VkPipeline>(r.handle), nullptr);
+    case VK_OBJECT_TYPE_PIPELINE_LAYOUT:
+      return vkDestroyPipelineLayout(device_, reinterpret_cast<VkPipelineLayout>(r.handle), nullptr);
+    case VK_OBJECT_TYPE_SHADER_MODULE:
+      return vkDestroyShaderModule(device_, reinterpret_cast<VkShaderModule>(r.handle), nullptr);
+    case VK_OBJECT_TYPE_DESCRIPTOR_SET_LAYOUT:
+      return vkDestroyDescriptorSetLayout(device_, reinterpret_cast<VkDescriptorSetLayout>(r.handle), nullptr);
+    case VK_OBJECT_TYPE_DESCRIPTOR_POOL:
+      return vkDestroyDescriptorPool(device_, reinterpret_cast<VkDescriptorPool>(r.handle), nullptr);
+    case VK_OBJECT_TYPE_QUERY_POOL:
+      return vkDestroyQueryPool(device_, reinterpret_cast<VkQueryPool>(r.handle), nullptr);
+    default:
+      CHECK(!"a handle type that Device::destroy does not know");
+  }
+}
+
+world::Result<Buffer> make_buffer(Device& device, VkDeviceSize size, VkBufferUsageFlags usage, MemoryUse use) {
+  auto info = vk_info<VkBufferCreateInfo>(VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO);
+  info.size = std::max<VkDeviceSize>(size, 16);
+  info.usage = usage;
+  VkBuffer handle = VK_NULL_HANDLE;
+  VK_CHECK(vkCreateBuffer(device.handle(), &info, nullptr, &handle));
+  Buffer buffer;
+  buffer.size = info.size;
+  buffer.handle = Owned<VkBuffer>(device, handle);
+  VkMemoryRequirements needs;
+  vkGetBufferMemoryRequirements(device.handle(), handle, &needs);
+  TRY(const MemoryRange range, device.memory().allocate(needs, use, false));
+  buffer.memory = OwnedMemory(device, range);
+  VK_CHECK(vkBindBufferMemory(device.handle(), handle, range.block->memory, range.offset));
+  return buffer;
+}
+
+world::Result<DeviceImage> make_image(Device& device, VkExtent2D extent, VkFormat format, VkImageUsageFlags usage,
+                                      VkImageAspectFlags aspect) {
+  auto info = vk_info<VkImageCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO);
+  info.imageType = VK_IMAGE_TYPE_2D;
+  info.format = format;
+  info.extent = {extent.width, extent.height, 1};
+  info.mipLevels = info.arrayLayers = 1;
+  info.samples = VK_SAMPLE_COUNT_1_BIT;
+  info.tiling = VK_IMAGE_TILING_OPTIMAL;
+  info.usage = usage;
+  VkImage handle = VK_NULL_HANDLE;
+  VK_CHECK(vkCreateImage(device.handle(), &info, nullptr, &handle));
+  DeviceImage image;
+  image.extent = extent;
+  image.format = format;
+  image.handle = Owned<VkImage>(device, handle);
+  VkMemoryRequirements needs;
+  vkGetImageMemoryRequirements(device.handle(), handle, &needs);
+  TRY(const MemoryRange range, device.memory().allocate(needs, MemoryUse::device, true));
+  image.memory = OwnedMemory(device, range);
+  VK_CHECK(vkBindImageMemory(device.handle(), handle, range.block->memory, range.offset));
+  auto view = vk_info<VkImageViewCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO);
+  view.image = handle;
+  view.viewType = VK_IMAGE_VIEW_TYPE_2D;
+  view.format = format;
+  view.subresourceRange = {aspect, 0, 1, 0, 1};
+  VkImageView view_handle = VK_NULL_HANDLE;
+  VK_CHECK(vkCreateImageView(device.handle(), &view, nullptr, &view_handle));
+  image.view = Owned<VkImageView>(device, view_handle);
+  return image;
+}
+
+}  // namespace render::gpu

@@ -1,0 +1,152 @@
+/// One Vulkan device, its queue and its memory, headless. What it makes dies before it (see owned.h).
+#pragma once
+
+#include <functional>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "render/gpu/memory.h"
+
+namespace render::gpu {
+
+struct DeviceOptions {
+  /// Loads the validation layer with synchronization validation; fails where it is not installed. LOAM_VALIDATION=1 in
+  /// the environment does the same.
+  bool validation = false;
+};
+
+/// What the validation layer said, warnings and errors. Lives on the heap: the driver holds its address.
+struct DeviceMessages {
+  std::mutex mutex;
+  std::vector<std::string> texts;
+};
+
+class Device {
+ public:
+  /// Prefers a discrete, then an integrated GPU, then anything that has Vulkan 1.3 and the features used. Fails with
+  /// ErrorKind::no_device and one sentence that names the Debian package to install.
+  static world::Result<std::unique_ptr<Device>> make(const DeviceOptions& options = {});
+  ~Device();
+  Device(const Device&) = delete;
+  Device& operator=(const Device&) = delete;
+
+  VkDevice handle() const { return device_; }
+  const std::string& name() const { return name_; }
+  const VkPhysicalDeviceLimits& limits() const { return limits_; }
+  MemoryPool& memory() { return memory_; }
+  std::vector<std::string> messages() const;
+
+  /// Records commands, submits them and waits; on a lost device the error says so and everything later fails too.
+  world::Status run(const std::function<void(VkCommandBuffer)>& record);
+  bool lost() const { return lost_; }
+
+  /// Destroys a handle, or frees memory, once the work submitted so far has finished.
+  template <class Handle>
+  void retire(Handle handle);
+  void retire(const MemoryRange& range);
+
+ private:
+  struct Retired {
+    uint64_t after;  // value of the timeline
+    VkObjectType type;
+    uint64_t handle;
+    MemoryRange range;
+  };
+  Device() = default;
+  world::Status open(const DeviceOptions& options);
+  world::Status open_instance(bool validation);
+  world::Status choose_physical();
+  void retire(VkObjectType type, uint64_t handle);
+  void destroy(const Retired& retired);
+  void collect(uint64_t reached);
+
+  VkInstance instance_ = VK_NULL_HANDLE;
+  VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
+  VkPhysicalDevice physical_ = VK_NULL_HANDLE;
+  VkDevice device_ = VK_NULL_HANDLE;
+  VkQueue queue_ = VK_NULL_HANDLE;
+  uint32_t family_ = 0;
+  VkCommandPool pool_ = VK_NULL_HANDLE;
+  VkCommandBuffer commands_ = VK_NULL_HANDLE;
+  VkSemaphore timeline_ = VK_NULL_HANDLE;
+  uint64_t submitted_ = 0;
+  bool lost_ = false;
+  std::string name_;
+  VkPhysicalDeviceLimits limits_{};
+  MemoryPool memory_;
+  std::deque<Retired> retired_;
+  std::unique_ptr<DeviceMessages> messages_ = std::make_unique<DeviceMessages>();
+};
+
+template <class Handle>
+constexpr VkObjectType object_type();
+template <>
+constexpr VkObjectType object_type<VkBuffer>() {
+  return VK_OBJECT_TYPE_BUFFER;
+}
+template <>
+constexpr VkObjectType object_type<VkImage>() {
+  return VK_OBJECT_TYPE_IMAGE;
+}
+template <>
+constexpr VkObjectType object_type<VkImageView>() {
+  return VK_OBJECT_TYPE_IMAGE_VIEW;
+}
+template <>
+constexpr VkObjectType object_type<VkPipeline>() {
+  return VK_OBJECT_TYPE_PIPELINE;
+}
+template <>
+constexpr VkObjectType object_type<VkPipelineLayout>() {
+  return VK_OBJECT_TYPE_PIPELINE_LAYOUT;
+}
+template <>
+constexpr VkObjectType object_type<VkShaderModule>() {
+  return VK_OBJECT_TYPE_SHADER_MODULE;
+}
+template <>
+constexpr VkObjectType object_type<VkDescriptorSetLayout>() {
+  return VK_OBJECT_TYPE_DESCRIPTOR_SET_LAYOUT;
+}
+template <>
+constexpr VkObjectType object_type<VkDescriptorPool>() {
+  return VK_OBJECT_TYPE_DESCRIPTOR_POOL;
+}
+template <>
+constexpr VkObjectType object_type<VkQueryPool>() {
+  return VK_OBJECT_TYPE_QUERY_POOL;
+}
+
+template <class Handle>
+void Device::retire(Handle handle) {
+  retire(object_type<Handle>(), reinterpret_cast<uint64_t>(handle));
+}
+
+/// Sole owner of a range of device memory.
+class OwnedMemory {
+ public:
+  OwnedMemory() = default;
+  OwnedMemory(Device& device, const MemoryRange& range) : device_(&device), range_(range) {}
+  OwnedMemory(OwnedMemory&& o) noexcept : device_(o.device_), range_(std::exchange(o.range_, MemoryRange{})) {}
+  OwnedMemory& operator=(OwnedMemory&& o) noexcept {
+    std::swap(device_, o.device_);
+    std::swap(range_, o.range_);
+    return *this;
+  }
+  ~OwnedMemory() {
+    if (range_.block) device_->retire(range_);
+  }
+  const MemoryRange& range() const { return range_; }
+  std::byte* mapped() const {
+    return range_.block && range_.block->mapped ? range_.block->mapped + range_.offset : nullptr;
+  }
+
+ private:
+  Device* device_ = nullptr;
+  MemoryRange range_;
+};
+
+}  // namespace render::gpu

@@ -1,0 +1,56 @@
+/// Sole owners of what a driver made. Lifetimes are members: no destroy lists elsewhere.
+#pragma once
+
+#include <utility>
+
+#include "render/gpu/device.h"
+
+namespace render::gpu {
+
+/// Sole owner of a Vulkan handle. The driver object dies when the last work that may still read it has finished.
+template <class Handle>
+class Owned {
+ public:
+  Owned() = default;
+  Owned(Device& device, Handle handle) : device_(&device), handle_(handle) {}
+  Owned(Owned&& o) noexcept : device_(o.device_), handle_(std::exchange(o.handle_, Handle{})) {}
+  Owned& operator=(Owned&& o) noexcept {
+    std::swap(device_, o.device_);
+    std::swap(handle_, o.handle_);
+    return *this;
+  }
+  ~Owned() {
+    if (handle_) device_->retire(handle_);
+  }
+  operator Handle() const { return handle_; }
+  const Handle* address() const { return &handle_; }
+
+ private:
+  Device* device_ = nullptr;
+  Handle handle_{};
+};
+
+/// A buffer and its memory. `mapped` is null in memory that the processor cannot see.
+struct Buffer {
+  OwnedMemory memory;  // dies last
+  Owned<VkBuffer> handle;
+  VkDeviceSize size = 0;
+
+  std::byte* mapped() const { return memory.mapped(); }
+};
+
+/// A 2D image of one level, its memory and the view of all of it.
+struct DeviceImage {
+  OwnedMemory memory;  // dies last
+  Owned<VkImage> handle;
+  Owned<VkImageView> view;
+  VkExtent2D extent{};
+  VkFormat format = VK_FORMAT_UNDEFINED;
+};
+
+/// `size` 0 makes a buffer of 16 bytes, so that an empty world needs no special case.
+world::Result<Buffer> make_buffer(Device& device, VkDeviceSize size, VkBufferUsageFlags usage, MemoryUse use);
+world::Result<DeviceImage> make_image(Device& device, VkExtent2D extent, VkFormat format, VkImageUsageFlags usage,
+                                      VkImageAspectFlags aspect);
+
+}  // namespace render::gpu

@@ -1,0 +1,133 @@
+#include "render/raster/raster.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "render/extract/extractor.h"
+#include "render/raster/rasterizer.h"
+
+namespace render {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+/// View depth closer than which no face can lie in the picture, at most 5 cm: so the near plane cuts no hole into a
+/// wall that the camera touches. Depth is reversed and in float, so that a tiny near plane costs no precision.
+double near_plane(const world::WorldView& view, const Camera& camera, const PixelRays& rays) {
+  const world::MaskVolume& occupied = view.masks(world::MaskKind::occupied);
+  const bool inside = occupied.test(camera.position.voxel);
+  double nearest = 1;
+  for (int dx = -1; dx <= 1; ++dx)
+    for (int dy = -1; dy <= 1; ++dy)
+      for (int dz = -1; dz <= 1; ++dz) {
+        const world::VoxelPos step{dx, dy, dz};
+        if (step == world::VoxelPos{} || (!inside && !occupied.test(camera.position.voxel + step))) continue;
+        const Vec3d low = Vec3d(dx, dy, dz) - camera.position.fraction;
+        nearest = std::min(nearest, glm::length(glm::max(low, glm::min(low + 1.0, Vec3d(0)))));
+      }
+  const double corner = std::sqrt(1 + rays.tan_half_x * rays.tan_half_x + rays.tan_half_y * rays.tan_half_y);
+  return std::clamp(0.9 * nearest / corner, 1e-6, 0.05);
+}
+
+class Raster : public RasterBackend {
+ public:
+  explicit Raster(const gpu::DeviceOptions& options) : options_(options) {}
+
+  world::Status open() {
+    if (rasterizer_) earlier_messages_ = messages();
+    rasterizer_.reset();
+    TRY(rasterizer_, raster::Rasterizer::make(options_));
+    return {};
+  }
+
+  world::Result<Frame> render(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs, int width,
+                              int height) override {
+    if (width < 1 || height < 1)
+      return world::usage_error("a picture must be at least 1x1 pixel, not " + std::to_string(width) + "x" +
+                                std::to_string(height));
+    // A lost device is made anew, with all that it held; three times in a row is a fault.
+    for (int attempt = 0;; ++attempt) {
+      auto frame = attempt_render(view, camera, knobs, width, height);
+      if (frame.ok() || !rasterizer_ || !rasterizer_->device().lost() || attempt == 3) return frame;
+      TRY_STATUS(open());
+    }
+  }
+
+  std::vector<std::string> messages() const override {
+    std::vector<std::string> all = earlier_messages_;
+    if (rasterizer_) {
+      const auto now = rasterizer_->device().messages();
+      all.insert(all.end(), now.begin(), now.end());
+    }
+    return all;
+  }
+  raster::Rasterizer& rasterizer() override { return *rasterizer_; }
+
+ private:
+  world::Result<Frame> attempt_render(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs,
+                                      int width, int height) {
+    const auto start = Clock::now();
+    if (!rasterizer_) TRY_STATUS(open());
+    follow(view, camera, knobs);
+    const double extract_ms = ms_since(start);
+    const auto upload_start = Clock::now();
+    TRY(const uint64_t bytes, rasterizer_->set_faces(extractor_.chunks()));
+    const double upload_ms = ms_since(upload_start);
+    const Shading shading(view.environment(), view.palette());
+    const double near = near_plane(view, camera, PixelRays(camera, width, height));
+    TRY(Frame frame, rasterizer_->draw(camera, view.environment(), shading, knobs, near, width, height));
+    frame.report.passes.insert(frame.report.passes.begin(),
+                               {{"extract", extract_ms, 0, 0}, {"upload", upload_ms, 0, bytes}});
+    frame.report.ms = ms_since(start);
+    return frame;
+  }
+
+  /// Brings the extracted faces up to date with the store.
+  void follow(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs) {
+    if (view.store().identity() != store_) {
+      store_ = view.store().identity();
+      subscriber_ = view.store().subscribe();
+      extracted_ = camera_in_cavity_ = false;
+    }
+    const std::vector<world::LeafPos> dirty = view.store().take_dirty(subscriber_);
+    const auto wanted = [&] { return ExtractKnobs{knobs.merge_faces, knobs.sealed_cavities || camera_in_cavity_}; };
+    if (!extracted_ || !(extractor_.knobs() == wanted()))
+      extractor_.rebuild(view, wanted());
+    else if (!dirty.empty())
+      extractor_.update(view, dirty);
+    // A camera in a cavity that was left out needs its faces, now and for the pictures that follow.
+    if (extractor_.in_sealed_cavity(camera.position.voxel)) {
+      camera_in_cavity_ = true;
+      extractor_.rebuild(view, wanted());
+    }
+    extracted_ = true;
+  }
+
+  gpu::DeviceOptions options_;
+  std::unique_ptr<raster::Rasterizer> rasterizer_;
+  std::vector<std::string> earlier_messages_;  // of devices that were lost
+  Extractor extractor_;
+  uint64_t store_ = 0;  // identity
+  int subscriber_ = 0;
+  bool extracted_ = false, camera_in_cavity_ = false;
+};
+
+}  // namespace
+
+world::Result<std::unique_ptr<RasterBackend>> make_raster(const gpu::DeviceOptions& options) {
+  auto backend = std::make_unique<Raster>(options);
+  TRY_STATUS(backend->open());
+  return std::unique_ptr<RasterBackend>(std::move(backend));
+}
+
+world::Result<std::unique_ptr<Backend>> make_raster_backend() {
+  TRY(auto backend, make_raster({}));
+  return std::unique_ptr<Backend>(std::move(backend));
+}
+
+}  // namespace render

@@ -1,0 +1,59 @@
+/// Draws extracted faces with Vulkan: one indirect draw a page of faces says which face each pixel sees, and one
+/// compute pass turns that into radiance. Knows nothing of the store; the backend in raster.h feeds it.
+#pragma once
+
+#include <memory>
+
+#include "render/backend.h"
+#include "render/gpu/owned.h"
+#include "render/raster/culling.h"
+#include "render/raster/face_pool.h"
+#include "render/raster/pipelines.h"
+#include "render/shading.h"
+
+namespace render::raster {
+
+class Rasterizer {
+ public:
+  static world::Result<std::unique_ptr<Rasterizer>> make(const gpu::DeviceOptions& options);
+
+  /// Follows the extractor. Returns the bytes sent.
+  world::Result<uint64_t> set_faces(std::span<const ExtractedChunk* const> chunks) {
+    return pool_.update(*device_, chunks);
+  }
+  /// near: view depth in metres closer than which nothing lies in the picture.
+  world::Result<Frame> draw(const Camera& camera, const world::Environment& environment, const Shading& shading,
+                            const RenderKnobs& knobs, double near, int width, int height);
+
+  gpu::Device& device() { return *device_; }
+  FacePool& pool() { return pool_; }
+
+ private:
+  struct Targets {
+    int width = 0, height = 0;
+    gpu::DeviceImage seen, depth;
+    gpu::Buffer radiance;
+    uint32_t band_rows = 0;  // rows whose radiance fits one storage buffer binding
+  };
+  Rasterizer() = default;
+  world::Status open(const gpu::DeviceOptions& options);
+  world::Status fit_targets(int width, int height);
+  world::Status fit_indices();
+  world::Status fill(gpu::Buffer& buffer, const void* data, size_t bytes, VkBufferUsageFlags usage);
+  world::Status write_sets();
+  void record(VkCommandBuffer commands, VkPipeline faces, VkPipeline shade);
+
+  std::unique_ptr<gpu::Device> device_;  // first member: dies last
+  Pipelines pipelines_;
+  FacePool pool_;
+  Targets targets_;
+  gpu::Owned<VkDescriptorPool> descriptors_;
+  uint32_t descriptor_sets_ = 0;
+  std::vector<VkDescriptorSet> page_sets_, band_sets_;
+  gpu::Owned<VkQueryPool> times_;
+  gpu::Buffer indices_, picture_, chunks_, draws_, materials_, regions_, leaves_, masks_;
+  uint32_t indexed_records_ = 0;
+  DrawList list_;
+};
+
+}  // namespace render::raster
