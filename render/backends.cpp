@@ -1,0 +1,11 @@
+#include "render/backend.h"
+#include "render/raycast/raycast.h"
+
+namespace render {
+
+const std::vector<BackendInfo>& backends() {
+  static const std::vector<BackendInfo> all{{"raycast", "the grid walked on the CPU", make_raycast_backend}};
+  return all;
+}
+
+}  // namespace render

@@ -1,0 +1,45 @@
+/// One picture from the command line: which knobs hold, which backend draws it, and what is written into its file.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "render/backend.h"
+#include "render/image/png_exr.h"
+#include "world/scenes/scene.h"
+
+namespace tools {
+
+/// Presets first, then the scene's knobs, then the environment's, then the flags': each overrides the one before.
+world::Result<render::RenderKnobs> resolve_knobs(const std::string& accuracy, const world::Scene& scene,
+                                                 const std::vector<std::string>& environment_settings,
+                                                 const std::vector<std::string>& flag_settings);
+
+world::Result<std::unique_ptr<render::Backend>> make_backend(const std::string& name);
+
+/// What a picture's file says of itself.
+render::PictureText picture_text(const world::Scene& scene, const std::string& camera_name,
+                                 const render::Camera& camera, const render::RenderKnobs& knobs,
+                                 const std::string& backend, uint64_t world_hash);
+
+/// PNG or EXR, by extension; anything else is a usage error.
+world::Status write_picture(const std::string& path, const render::Image& image, const render::RenderKnobs& knobs,
+                            const render::PictureText& text);
+/// Says before the work that the extension is wrong.
+world::Status check_picture_path(const std::string& path);
+
+nlohmann::json report_json(const render::FrameReport& report, const world::World& world);
+
+/// The camera at `frame` of a closed walk of `frames`: through the scene's cameras in order, or, where there are fewer
+/// than two, once around the middle of the world.
+render::Camera camera_on_path(const world::Scene& scene, const world::World& world, const render::Camera& start,
+                              int frame, int frames);
+
+/// Of 16 digits.
+std::string hash_text(uint64_t hash);
+
+}  // namespace tools
