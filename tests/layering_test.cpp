@@ -157,7 +157,8 @@ TEST(Layering, EveryQuotedIncludeStartsAtTheRoot) {
   for (const std::string& file : source_files())
     for (const Include& i : includes_of(file, text_of(root / file))) {
       const bool generated = i.target.find('/') == std::string::npos;
-      EXPECT_TRUE(!i.quoted || generated || std::filesystem::exists(root / i.target)) << file << " includes " << i.target;
+      EXPECT_TRUE(!i.quoted || generated || std::filesystem::exists(root / i.target))
+          << file << " includes " << i.target;
     }
 }
 
