@@ -5,39 +5,20 @@
 /// sealed cavities (see update()).
 #pragma once
 
-#include <array>
 #include <memory>
 #include <span>
 #include <unordered_map>
 #include <vector>
 
-#include "render/extract/face_record.shared.h"
-#include "render/extract/faces.h"
+#include "render/extract/greedy.h"
 #include "world/world.h"
 
 namespace render {
 
-/// Inclusive bounds in voxel corners of the chunk (0..64); empty where max < min.
-struct CornerBox {
-  std::array<uint8_t, 3> min{255, 255, 255}, max{0, 0, 0};
-  bool empty() const { return max[0] < min[0]; }
-  void include(const CornerBox& other);
-  friend bool operator==(const CornerBox&, const CornerBox&) = default;
-};
-
-struct ExtractedChunk {
+struct ExtractedChunk : ChunkRecords {
   ChunkPos pos;
-  world::VoxelPos origin;                         // voxel (0, 0, 0) of the chunk
-  std::vector<FaceRecord> records;                // direction by direction
-  std::array<uint32_t, world::kFaces + 1> first;  // records of direction f: [first[f], first[f + 1])
-  std::array<CornerBox, world::kFaces> bounds;    // exact, of the faces of each direction
-  CornerBox all_bounds;                           // exact, of all faces
-  uint64_t faces = 0;                             // unit faces that the records cover
-  uint64_t version = 0;                           // differs after each change, unique in an extractor
-
-  std::span<const FaceRecord> of_direction(int face) const {
-    return {records.data() + first[face], records.data() + first[face + 1]};
-  }
+  world::VoxelPos origin;  // voxel (0, 0, 0) of the chunk
+  uint64_t version = 0;    // differs after each change, unique in an extractor
 };
 
 struct ExtractKnobs {
@@ -73,14 +54,15 @@ class Extractor {
  private:
   struct Chunk;
   FaceSource source(const world::WorldView& view) const;
-  ExtractReport finish(ExtractReport report);
-  void merge(const world::WorldView& view, std::span<Chunk* const> chunks);
+  void make_records(const world::Store& store, Chunk& chunk) const;
+  void sort_chunks();
+  ExtractReport report(uint64_t leaves_extracted, uint64_t chunks_merged) const;
 
   ExtractKnobs knobs_;
   world::MaskVolume sealed_;
   std::unordered_map<ChunkPos, std::unique_ptr<Chunk>, world::PosHash> chunks_;
   std::vector<const ExtractedChunk*> sorted_;
-  uint64_t next_version_ = 1;
+  uint64_t next_version_ = 1, faces_ = 0, quads_ = 0;
 };
 
 }  // namespace render

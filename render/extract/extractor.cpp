@@ -1,0 +1,165 @@
+#include "render/extract/extractor.h"
+
+#include <algorithm>
+
+#include "render/extract/cavities.h"
+#include "world/base/jobs.h"
+
+namespace render {
+
+using namespace world;
+
+struct Extractor::Chunk : ExtractedChunk {
+  ChunkFaces by_leaf;
+};
+
+Extractor::Extractor() = default;
+Extractor::~Extractor() = default;
+
+FaceSource Extractor::source(const WorldView& view) const {
+  return {&view.store(), &view.masks(MaskKind::occupied), &view.masks(MaskKind::opaque),
+          knobs_.sealed_cavities ? nullptr : &sealed_};
+}
+
+void Extractor::make_records(const Store& store, Chunk& chunk) const {
+  thread_local std::vector<LeafBlocks> blocks;
+  blocks.resize(chunk.by_leaf.leaf.size());
+  StoreReader reader(store);
+  for (size_t i = 0; i < blocks.size(); ++i) blocks[i] = reader.leaf(leaf_in_chunk(chunk.pos, chunk.by_leaf.leaf[i]));
+  if (knobs_.merge_faces) {
+    render::merge_faces(chunk.by_leaf, blocks, chunk);
+  } else {
+    list_faces(chunk.by_leaf, blocks, chunk);
+  }
+}
+
+void Extractor::sort_chunks() {
+  sorted_.clear();
+  for (const auto& [pos, chunk] : chunks_) sorted_.push_back(chunk.get());
+  std::sort(sorted_.begin(), sorted_.end(), [](auto* a, auto* b) { return a->pos < b->pos; });
+}
+
+ExtractReport Extractor::report(uint64_t leaves_extracted, uint64_t chunks_merged) const {
+  return {leaves_extracted, chunks_merged, chunks_.size(), faces_, quads_};
+}
+
+ExtractReport Extractor::rebuild(const WorldView& view, const ExtractKnobs& knobs) {
+  knobs_ = knobs;
+  sealed_ = knobs.sealed_cavities ? MaskVolume() : find_sealed_cavities(view.masks(MaskKind::opaque));
+  const FaceSource from = source(view);
+  const std::vector<ChunkPos> positions = occupied_chunks(*from.occupied);
+  std::vector<std::unique_ptr<Chunk>> made(positions.size());
+  std::vector<uint64_t> leaves(positions.size());
+  parallel_ranges(positions.size(), 8, [&](size_t begin, size_t end) {
+    StoreReader reader(view.store());
+    ChunkFaces faces;
+    for (size_t i = begin; i < end; ++i) {
+      leaves[i] = extract_chunk_faces(from, &reader, positions[i], faces);
+      if (faces.empty()) continue;
+      made[i] = std::make_unique<Chunk>();
+      made[i]->pos = positions[i];
+      made[i]->origin = voxel_from_chunk(positions[i]);
+      made[i]->by_leaf = faces;
+      make_records(view.store(), *made[i]);
+    }
+  });
+  chunks_.clear();
+  faces_ = quads_ = 0;
+  uint64_t leaves_extracted = 0;
+  for (size_t i = 0; i < made.size(); ++i) {
+    leaves_extracted += leaves[i];
+    if (!made[i]) continue;
+    made[i]->version = next_version_++;
+    faces_ += made[i]->faces, quads_ += made[i]->records.size();
+    chunks_.emplace(positions[i], std::move(made[i]));
+  }
+  sort_chunks();
+  return report(leaves_extracted, chunks_.size());
+}
+
+ExtractReport Extractor::update(const WorldView& view, std::span<const LeafPos> dirty) {
+  if (dirty.empty()) return report(0, 0);
+  const FaceSource from = source(view);
+  // Leaves whose faces may have changed, chunk by chunk: the changed ones and their face neighbours. The flag says that
+  // the blocks themselves may have changed.
+  struct Task {
+    ChunkPos chunk;
+    LeafPos leaf;
+    bool blocks_changed;
+  };
+  std::vector<Task> tasks;
+  const auto add = [&](LeafPos l, bool blocks_changed) {
+    tasks.push_back({chunk_from_leaf(l), l, blocks_changed});
+    for (int f = 0; f < kFaces; ++f) {
+      const VoxelPos s = face_step(f);
+      const LeafPos n{l.x + s.x, l.y + s.y, l.z + s.z};
+      tasks.push_back({chunk_from_leaf(n), n, false});
+    }
+  };
+  for (const LeafPos l : dirty) add(l, true);
+  if (!knobs_.sealed_cavities)
+    for (const LeafPos l : reopen_cavities(sealed_, *from.opaque, dirty)) add(l, false);
+  std::sort(tasks.begin(), tasks.end(), [](const Task& a, const Task& b) {
+    return std::tie(a.chunk, a.leaf, b.blocks_changed) < std::tie(b.chunk, b.leaf, a.blocks_changed);
+  });
+  tasks.erase(std::unique(tasks.begin(), tasks.end(), [](const Task& a, const Task& b) { return a.leaf == b.leaf; }),
+              tasks.end());
+  std::vector<size_t> begins;
+  std::vector<Chunk*> chunks;
+  for (size_t i = 0; i < tasks.size(); ++i) {
+    if (i > 0 && tasks[i].chunk == tasks[i - 1].chunk) continue;
+    begins.push_back(i);
+    std::unique_ptr<Chunk>& chunk = chunks_[tasks[i].chunk];
+    if (!chunk) {
+      chunk = std::make_unique<Chunk>();
+      chunk->pos = tasks[i].chunk;
+      chunk->origin = voxel_from_chunk(chunk->pos);
+    }
+    faces_ -= chunk->faces, quads_ -= chunk->records.size();
+    chunks.push_back(chunk.get());
+  }
+  begins.push_back(tasks.size());
+
+  std::vector<uint8_t> merged(chunks.size());
+  parallel_for(chunks.size(), [&](size_t c) {
+    StoreReader reader(view.store());
+    Chunk& chunk = *chunks[c];
+    bool changed = false;
+    for (size_t i = begins[c]; i < begins[c + 1]; ++i) {
+      const int index = index_in_chunk(tasks[i].leaf);
+      changed |= chunk.by_leaf.set(index, extract_leaf_faces(from, &reader, tasks[i].leaf));
+      changed |= tasks[i].blocks_changed && chunk.by_leaf.find(index);
+    }
+    if (!changed) return;
+    merged[c] = 1;
+    make_records(view.store(), chunk);
+  });
+
+  uint64_t chunks_merged = 0;
+  bool set_changed = false;
+  for (size_t c = 0; c < chunks.size(); ++c) {
+    Chunk& chunk = *chunks[c];
+    faces_ += chunk.faces, quads_ += chunk.records.size();
+    if (merged[c]) {
+      ++chunks_merged;
+      set_changed |= chunk.version == 0;
+      chunk.version = next_version_++;
+    }
+    if (chunk.by_leaf.empty()) {
+      set_changed |= chunk.version != 0;
+      chunks_.erase(chunk.pos);
+    }
+  }
+  if (set_changed) sort_chunks();
+  return report(tasks.size(), chunks_merged);
+}
+
+size_t Extractor::bytes() const {
+  size_t total = sealed_.bytes() + sorted_.capacity() * sizeof(sorted_[0]);
+  for (const auto& [pos, chunk] : chunks_)
+    total += sizeof(Chunk) + chunk->records.capacity() * sizeof(FaceRecord) +
+             chunk->by_leaf.leaf.capacity() * sizeof(uint16_t) + chunk->by_leaf.faces.capacity() * sizeof(LeafFaces);
+  return total;
+}
+
+}  // namespace render

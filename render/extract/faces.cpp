@@ -1,0 +1,306 @@
+#include "render/extract/faces.h"
+
+#include <algorithm>
+
+#include "render/extract/kernels.h"
+
+namespace render {
+
+using namespace world;
+
+bool LeafFaces::is_none() const {
+  for (const LeafMask& mask : face)
+    if (!mask.is_none()) return false;
+  return true;
+}
+
+int LeafFaces::count() const { return static_cast<int>(count_faces(this, 1)); }
+
+void ChunkFaces::clear() {
+  slot.fill(kNone);
+  leaf.clear();
+  faces.clear();
+}
+
+bool ChunkFaces::set(int index, const LeafFaces& value) {
+  const uint16_t old = slot[index];
+  if (value.is_none()) {
+    if (old == kNone) return false;
+    // Fill the gap with the last one.
+    faces[old] = faces.back();
+    leaf[old] = leaf.back();
+    slot[leaf[old]] = old;
+    slot[index] = kNone;
+    faces.pop_back();
+    leaf.pop_back();
+    return true;
+  }
+  if (old == kNone) {
+    slot[index] = static_cast<uint16_t>(leaf.size());
+    leaf.push_back(static_cast<uint16_t>(index));
+    faces.push_back(value);
+    return true;
+  }
+  if (faces[old] == value) return false;
+  faces[old] = value;
+  return true;
+}
+
+uint64_t ChunkFaces::count() const { return count_faces(faces.data(), faces.size()); }
+
+namespace {
+
+const MaskRegion kEmptyRegion{};
+
+/// A region of a volume and its six neighbours: leaves of the region and one beyond each side are found without
+/// another look-up.
+class RegionStar {
+ public:
+  RegionStar(const MaskVolume& volume, RegionPos pos) : origin_(leaf_from_region(pos)) {
+    const auto get = [&](RegionPos p) {
+      const MaskRegion* r = volume.region(p);
+      return r ? r : &kEmptyRegion;
+    };
+    for (int f = 0; f < kFaces; ++f) {
+      const VoxelPos s = face_step(f);
+      beside_[f] = get({pos.x + s.x, pos.y + s.y, pos.z + s.z});
+    }
+    self_ = get(pos);
+  }
+  const MaskRegion& self() const { return *self_; }
+  const LeafMask& leaf(LeafPos l) const { return at(l.x - origin_.x, l.y - origin_.y, l.z - origin_.z).leaf(l); }
+  /// `full` of the group of 4^3 leaves at (x, y, z), each -1..4 and at most one of them outside 0..3.
+  uint64_t full(int x, int y, int z) const { return at(x * 4, y * 4, z * 4).full[group(x, y, z)]; }
+  uint64_t any(int x, int y, int z) const { return at(x * 4, y * 4, z * 4).any[group(x, y, z)]; }
+
+ private:
+  static int group(int x, int y, int z) { return (x & 3) << 4 | (y & 3) << 2 | (z & 3); }
+  // x, y, z in leaves, relative to the region
+  const MaskRegion& at(int x, int y, int z) const {
+    if (((x | y | z) & ~15) == 0) return *self_;
+    if (x < 0) return *beside_[kFaceNegX];
+    if (x > 15) return *beside_[kFacePosX];
+    if (y < 0) return *beside_[kFaceNegY];
+    if (y > 15) return *beside_[kFacePosY];
+    return *beside_[z < 0 ? kFaceNegZ : kFacePosZ];
+  }
+  LeafPos origin_;
+  const MaskRegion* self_;
+  const MaskRegion* beside_[kFaces];
+};
+
+LeafPos beside(LeafPos l, int face) {
+  const VoxelPos s = face_step(face);
+  return {l.x + s.x, l.y + s.y, l.z + s.z};
+}
+
+LeafNeighbourhood neighbourhood(const RegionStar& star, LeafPos l) {
+  LeafNeighbourhood n;
+  n.self = &star.leaf(l);
+  for (int f = 0; f < kFaces; ++f) n.neighbour[f] = &star.leaf(beside(l, f));
+  return n;
+}
+
+/// Leaves of a group all of whose neighbours are full: bit (x*4 + y)*4 + z.
+uint64_t all_neighbours_full(const RegionStar& star, int x, int y, int z) {
+  const uint64_t f = star.full(x, y, z);
+  constexpr uint64_t kZ0 = 0x1111111111111111ull, kY0 = 0x000f000f000f000full;
+  uint64_t inside = (f << 16 | star.full(x - 1, y, z) >> 48) & (f >> 16 | star.full(x + 1, y, z) << 48);
+  inside &= (f << 4 & ~kY0) | (star.full(x, y - 1, z) >> 12 & kY0);
+  inside &= (f >> 4 & ~(kY0 << 12)) | (star.full(x, y + 1, z) & kY0) << 12;
+  inside &= (f << 1 & ~kZ0) | (star.full(x, y, z - 1) >> 3 & kZ0);
+  inside &= (f >> 1 & ~(kZ0 << 3)) | (star.full(x, y, z + 1) & kZ0) << 3;
+  return inside;
+}
+
+/// What lies one step towards `face` of each voxel: bit i of the result is the bit of i's neighbour.
+LeafMask seen_towards(int face, const LeafMask& self, const LeafMask& next) {
+  constexpr uint64_t kZ0 = 0x0101010101010101ull;
+  LeafMask m;
+  for (int x = 0; x < 8; ++x) {
+    const uint64_t s = self.word[x], n = next.word[x];
+    switch (face) {
+      case kFaceNegX:
+        m.word[x] = x == 0 ? next.word[7] : self.word[x - 1];
+        break;
+      case kFacePosX:
+        m.word[x] = x == 7 ? next.word[0] : self.word[x + 1];
+        break;
+      case kFaceNegY:
+        m.word[x] = s << 8 | n >> 56;
+        break;
+      case kFacePosY:
+        m.word[x] = s >> 8 | n << 56;
+        break;
+      case kFaceNegZ:
+        m.word[x] = (s & ~(kZ0 << 7)) << 1 | (n >> 7 & kZ0);
+        break;
+      default:
+        m.word[x] = (s & ~kZ0) >> 1 | (n & kZ0) << 7;
+        break;
+    }
+  }
+  return m;
+}
+
+constexpr int kIndexStep[3] = {64, 8, 1};
+
+/// Leaves in `touching` the voxels whose neighbour towards `face` is transparent with a smaller id.
+void keep_larger_ids(LeafMask& touching, int face, const LeafBlocks& self, const LeafBlocks& next,
+                     const LeafMask* equal) {
+  const int axis = face_axis(face), step = kIndexStep[axis] * face_sign(face);
+  const int border = face_sign(face) > 0 ? 7 : 0;
+  for (int x = 0; x < 8; ++x) {
+    uint64_t bits = touching.word[x];
+    if (equal) bits &= ~equal->word[x];
+    uint64_t kept = 0;
+    for (; bits != 0; bits &= bits - 1) {
+      const int i = x << 6 | __builtin_ctzll(bits);
+      const bool leaves = offset_in_leaf(i)[axis] == border;
+      if (!leaves && !self.values) continue;
+      const BlockId beside_id = leaves ? next[i + step - 8 * step] : self[i + step];
+      if (self[i] > beside_id) kept |= bits & -bits;
+    }
+    touching.word[x] = kept;
+  }
+}
+
+/// Adds the faces of a leaf's transparent voxels.
+void add_transparent_faces(const LeafNeighbourhood& occupied, const LeafNeighbourhood& opaque, StoreReader* reader,
+                           LeafPos leaf, LeafFaces& faces) {
+  LeafMask transparent, touching[kFaces];
+  for (int x = 0; x < 8; ++x) transparent.word[x] = occupied.self->word[x] & ~opaque.self->word[x];
+  if (transparent.is_none()) return;
+  bool any_touching = false;
+  for (int f = 0; f < kFaces; ++f) {
+    const LeafMask beside_occupied = seen_towards(f, *occupied.self, *occupied.neighbour[f]);
+    const LeafMask beside_opaque = seen_towards(f, *opaque.self, *opaque.neighbour[f]);
+    for (int x = 0; x < 8; ++x) {
+      faces.face[f].word[x] |= transparent.word[x] & ~beside_occupied.word[x];
+      touching[f].word[x] = transparent.word[x] & beside_occupied.word[x] & ~beside_opaque.word[x];
+    }
+    any_touching |= !touching[f].is_none();
+  }
+  if (!any_touching) return;
+  CHECK(reader != nullptr);
+  const LeafBlocks self = reader->leaf(leaf);
+  LeafBlocks next[kFaces];
+  for (int f = 0; f < kFaces; ++f)
+    if (!touching[f].is_none()) next[f] = reader->leaf(beside(leaf, f));
+  // Most voxels touch their own kind: those are taken out many at a time.
+  LeafMask equal[3];
+  if (self.values) {
+    const BlockId* const ids[3] = {next[1].values, next[3].values, next[5].values};
+    equal_neighbours(self.values, ids, equal);
+  }
+  for (int f = 0; f < kFaces; ++f) {
+    if (touching[f].is_none()) continue;
+    const LeafMask equal_below = face_sign(f) < 0 ? seen_towards(f, equal[face_axis(f)], kNoneMask) : LeafMask{};
+    const LeafMask& same = face_sign(f) < 0 ? equal_below : equal[face_axis(f)];
+    keep_larger_ids(touching[f], f, self, next[f], self.values ? &same : nullptr);
+    for (int x = 0; x < 8; ++x) faces.face[f].word[x] |= touching[f].word[x];
+  }
+}
+
+void leave_out_sealed(const LeafNeighbourhood& sealed, LeafFaces& faces) {
+  for (int f = 0; f < kFaces; ++f) {
+    const LeafMask hidden = seen_towards(f, *sealed.self, *sealed.neighbour[f]);
+    for (int x = 0; x < 8; ++x) faces.face[f].word[x] &= ~hidden.word[x];
+  }
+}
+
+/// The volumes around one region.
+struct Stars {
+  Stars(const FaceSource& source, RegionPos pos)
+      : occupied(*source.occupied, pos),
+        opaque(*source.opaque, pos),
+        sealed(source.sealed ? *source.sealed : *source.opaque, pos),
+        has_transparent(source.occupied != source.opaque),
+        has_sealed(source.sealed && !source.sealed->empty()) {}
+  RegionStar occupied, opaque, sealed;
+  bool has_transparent, has_sealed;
+
+  /// Adds to the opaque faces of a leaf what is left to do.
+  void finish(StoreReader* reader, LeafPos leaf, const LeafNeighbourhood& around, LeafFaces& faces) const {
+    if (has_transparent && occupied.leaf(leaf) != *around.self)
+      add_transparent_faces(neighbourhood(occupied, leaf), around, reader, leaf, faces);
+    if (has_sealed) leave_out_sealed(neighbourhood(sealed, leaf), faces);
+  }
+};
+
+}  // namespace
+
+uint64_t extract_chunk_faces(const FaceSource& source, StoreReader* reader, ChunkPos chunk, ChunkFaces& out) {
+  out.clear();
+  const RegionPos region{chunk.x >> 1, chunk.y >> 1, chunk.z >> 1};
+  const Stars stars(source, region);
+  uint64_t looked_at = 0;
+  thread_local LeafNeighbourhood around[64];
+  thread_local LeafFaces faces[64];
+  for (int g = 0; g < 8; ++g) {
+    const int gx = (chunk.x & 1) * 2 + (g >> 2), gy = (chunk.y & 1) * 2 + (g >> 1 & 1),
+              gz = (chunk.z & 1) * 2 + (g & 1);
+    uint64_t todo = stars.occupied.any(gx, gy, gz);
+    if (todo == 0) continue;
+    // A voxel surrounded by opaque ones shows nothing, nor does a leaf in opaque leaves.
+    todo &= ~all_neighbours_full(stars.opaque, gx, gy, gz) | ~stars.opaque.full(gx, gy, gz);
+    const LeafPos first{region.x * 16 + gx * 4, region.y * 16 + gy * 4, region.z * 16 + gz * 4};
+    LeafPos leaves[64];
+    size_t count = 0;
+    for (; todo != 0; todo &= todo - 1, ++count) {
+      const int bit = __builtin_ctzll(todo);
+      leaves[count] = {first.x + (bit >> 4), first.y + (bit >> 2 & 3), first.z + (bit & 3)};
+      around[count] = neighbourhood(stars.opaque, leaves[count]);
+    }
+    opaque_faces(around, count, faces);
+    for (size_t i = 0; i < count; ++i) {
+      stars.finish(reader, leaves[i], around[i], faces[i]);
+      if (faces[i].is_none()) continue;
+      const int index = index_in_chunk(leaves[i]);
+      out.slot[index] = static_cast<uint16_t>(out.leaf.size());
+      out.leaf.push_back(static_cast<uint16_t>(index));
+      out.faces.push_back(faces[i]);
+    }
+    looked_at += count;
+  }
+  return looked_at;
+}
+
+LeafFaces extract_leaf_faces(const FaceSource& source, StoreReader* reader, LeafPos leaf) {
+  const Stars stars(source, region_from_leaf(leaf));
+  const LeafNeighbourhood around = neighbourhood(stars.opaque, leaf);
+  LeafFaces faces;
+  opaque_faces(&around, 1, &faces);
+  stars.finish(reader, leaf, around, faces);
+  return faces;
+}
+
+std::vector<ChunkPos> occupied_chunks(const MaskVolume& occupied) {
+  std::vector<ChunkPos> chunks;
+  for (const MaskRegion* region : occupied.regions()) {
+    for (int c = 0; c < 8; ++c) {
+      const int x = (c >> 2) * 2, y = (c >> 1 & 1) * 2, z = (c & 1) * 2;
+      uint64_t any = 0;
+      for (int g = 0; g < 8; ++g) any |= region->any[(x + (g >> 2)) << 4 | (y + (g >> 1 & 1)) << 2 | (z + (g & 1))];
+      if (any)
+        chunks.push_back({region->pos.x * 2 + (c >> 2), region->pos.y * 2 + (c >> 1 & 1), region->pos.z * 2 + (c & 1)});
+    }
+  }
+  std::sort(chunks.begin(), chunks.end());
+  return chunks;
+}
+
+FaceTotals count_visible_faces(const FaceSource& source) {
+  FaceTotals totals;
+  std::unique_ptr<StoreReader> reader;
+  if (source.store) reader = std::make_unique<StoreReader>(*source.store);
+  ChunkFaces faces;
+  for (const ChunkPos chunk : occupied_chunks(*source.occupied)) {
+    totals.leaves += extract_chunk_faces(source, reader.get(), chunk, faces);
+    totals.faces += faces.count();
+    totals.voxels_dense += uint64_t{kChunkSize} * kChunkSize * kChunkSize;
+  }
+  return totals;
+}
+
+}  // namespace render
