@@ -7,6 +7,7 @@
 #include "tools/verb.h"
 #include "world/base/text.h"
 #include "world/formats/format.h"
+#include "world/scenes/scene.h"
 
 namespace tools {
 
@@ -34,11 +35,12 @@ world::Result<int> run_convert(ConvertOptions options) {
       return world::usage_error("--window takes COLUMN ROW WIDTH HEIGHT in posts, columns from west, rows from north");
     options.import.window = {options.window[0], options.window[1], options.window[2], options.window[3]};
   }
-  TRY_STATUS(world::format_for_writing(options.output).ok()
-                 ? world::Status{}
-                 : world::Status{world::format_for_writing(options.output).error()});
+  // Before the work: an output that cannot be written should not cost an import.
+  TRY([[maybe_unused]] const world::Format* const writer, world::format_for_writing(options.output));
   world::ImportReport report;
-  TRY(world::World world, world::read_world(options.input, options.import, report));
+  TRY(world::Scene scene, world::load_scene(options.input));
+  scene.import_options = options.import;
+  TRY(world::World world, world::build_world(scene, report));
   if (options.import.strict && !report.unmapped.empty())
     return world::input_error(options.input + ": " + std::to_string(report.unmapped.size()) +
                               " kinds of block have no match, the first is \"" + report.unmapped.begin()->first +
@@ -74,7 +76,7 @@ void add_import_options(CLI::App* verb, world::ImportOptions& import, std::vecto
 void add_convert_verb(Command& command) {
   auto options = std::make_shared<ConvertOptions>();
   CLI::App* verb = command.verb("convert", "import and export worlds, by extension");
-  verb->add_option("IN", options->input, "what to read")->required();
+  verb->add_option("IN", options->input, "a file, a scene, or a scene .toml")->required();
   verb->add_option("OUT", options->output, "what to write")->required();
   add_import_options(verb, options->import, options->window);
   verb->add_flag("--json", options->json, "one JSON object on stdout");

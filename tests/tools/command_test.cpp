@@ -1,0 +1,179 @@
+// What a user sees of bad input: one clear sentence on stderr, the exit code of design section 7, nothing half written.
+#include <array>
+#include <cstdio>
+#include <fstream>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <sys/wait.h>
+
+#include "tests/support.h"
+
+namespace tools {
+namespace {
+
+struct Outcome {
+  int code = -1;
+  std::string out, error;
+};
+
+std::string slurp(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+class Command : public ::testing::Test {
+ protected:
+  /// Runs `loam ARGUMENTS` under a shell, so that a test may set limits before it.
+  Outcome run(const std::string& arguments, const std::string& before = "") {
+    const std::string out = folder_ / "stdout", error = folder_ / "stderr";
+    const std::string line =
+        before + "'" LOAM_COMMAND "' " + arguments + " >'" + out + "' 2>'" + error + "' </dev/null";
+    const int status = std::system(line.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, slurp(out), slurp(error)};
+  }
+  void expect_one_sentence(const Outcome& outcome, int code, const std::string& holds) {
+    EXPECT_EQ(outcome.code, code) << outcome.error;
+    EXPECT_NE(outcome.error.find(holds), std::string::npos) << "expected \"" << holds << "\" in: " << outcome.error;
+    EXPECT_EQ(std::count(outcome.error.begin(), outcome.error.end(), '\n'), 1) << outcome.error;
+  }
+  std::string path(const std::string& name) { return "'" + (folder_ / name).string() + "'"; }
+  void write(const std::string& name, const std::string& text) {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+  }
+  bool exists(const std::string& name) { return std::filesystem::exists(folder_ / name); }
+  size_t files() {
+    size_t n = 0;
+    for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder_ / ".")) ++n;
+    return n;
+  }
+  world::TemporaryFolder folder_;
+};
+
+TEST_F(Command, HelpAndVersionAreFine) {
+  EXPECT_EQ(run("--help").code, 0);
+  EXPECT_EQ(run("render --help").code, 0);
+  EXPECT_NE(run("--version").out.find("loam"), std::string::npos);
+}
+
+TEST_F(Command, WrongUseExitsWithTwo) {
+  EXPECT_EQ(run("").code, 2);
+  EXPECT_EQ(run("fly").code, 2);
+  EXPECT_EQ(run("render").code, 2);
+  expect_one_sentence(run("render valley --backend mesh -o " + path("a.png")), 2, "mesh");
+  expect_one_sentence(run("render valley --size 0x0 --backend raycast -o " + path("a.png")), 2, "--size");
+  expect_one_sentence(run("render valley --backend raycast -o " + path("a.bmp")), 2, ".png");
+  expect_one_sentence(run("render cube --set sun_shadows=none --backend raycast -o " + path("a.png")), 2,
+                      "did you mean");
+  expect_one_sentence(run("render cube --set sun_shadow=some --backend raycast -o " + path("a.png")), 2, "none ray");
+  expect_one_sentence(run("render cube --camera nowhere --backend raycast -o " + path("a.png")), 2, "nowhere");
+  EXPECT_FALSE(exists("a.png"));
+}
+
+TEST_F(Command, AMissingFileAndAnUnknownSceneAreNamed) {
+  expect_one_sentence(run("info " + path("none.loam")), 3, "none.loam");
+  expect_one_sentence(run("render valey --backend raycast -o " + path("a.png")), 3, "did you mean \"valley\"");
+  expect_one_sentence(run("convert " + path("none.vox") + " " + path("out.loam")), 3, "none.vox");
+  EXPECT_FALSE(exists("out.loam"));
+}
+
+TEST_F(Command, EmptyTruncatedAndWrongFilesAreRefusedAndNothingIsLeft) {
+  const std::string kinds[] = {"vox", "hgt", "hgt.zip", "vdb", "loam"};
+  for (const std::string& kind : kinds) {
+    for (const std::string& content :
+         {std::string(), std::string("VOX "), std::string(5000, 'x'), std::string(200, '\0')}) {
+      write("N42E001." + kind, content);
+      const Outcome outcome = run("convert " + path("N42E001." + kind) + " " + path("out.loam"));
+      expect_one_sentence(outcome, 3, "N42E001." + kind);
+      EXPECT_FALSE(exists("out.loam")) << kind;
+    }
+    std::filesystem::remove(folder_ / ("N42E001." + kind));
+  }
+  EXPECT_EQ(files(), 2u);  // stdout and stderr only: no temporary file stays
+}
+
+TEST_F(Command, AnUnknownExtensionSaysWhatCanBeRead) {
+  write("a.xyz", "hello");
+  const Outcome outcome = run("convert " + path("a.xyz") + " " + path("out.loam"));
+  expect_one_sentence(outcome, 3, ".vox");
+  expect_one_sentence(run("convert " + path("a.xyz") + " " + path("out.xyz")), 3, ".loam");
+}
+
+TEST_F(Command, ASceneWithAnUnknownKeyNamesFileLineColumnAndTheNearestKey) {
+  write("a.toml", "what = \"x\"\n[world]\ngenerator = \"flat\"\nsede = 3\nsize = [8, 8, 8]\n");
+  const Outcome outcome = run("render " + path("a.toml") + " --backend raycast -o " + path("a.png"));
+  expect_one_sentence(outcome, 3, "a.toml:4:1");
+  EXPECT_NE(outcome.error.find("seed"), std::string::npos) << outcome.error;
+}
+
+TEST_F(Command, ASceneWithASyntaxErrorNamesTheLine) {
+  write("a.toml", "[world]\ngenerator = \n");
+  expect_one_sentence(run("info " + path("a.toml")), 3, "a.toml:2");
+}
+
+TEST_F(Command, ASceneTooLargeForMemoryIsRefused) {
+  write("a.toml", "[world]\ngenerator = \"flat\"\nsize = [1000000000, 200, 1000000000]\n");
+  EXPECT_EQ(run("info " + path("a.toml")).code, 3);
+}
+
+TEST_F(Command, AnOutputThatCannotBeWrittenIsSaidAndLeavesNothing) {
+  write("file", "");
+  const std::string inside_a_file = "'" + (folder_ / "file").string() + "/out";
+  expect_one_sentence(run("render cube --backend raycast --size 64x64 -o " + inside_a_file + ".png'"), 3, "out.png");
+  expect_one_sentence(run("render cube --backend raycast --size 64x64 -o " + inside_a_file + ".exr'"), 3, "out.exr");
+  EXPECT_EQ(files(), 3u);
+}
+
+TEST_F(Command, AFullDiskIsSaidAndLeavesNothing) {
+  // A limit of 4 KiB a file stands for the full disk; the shell ignores its signal, so writes fail as they would.
+  const std::string limit = "trap '' XFSZ; ulimit -f 8; ";
+  write("a.toml", "[world]\ngenerator = \"random\"\nsize = [128, 64, 128]\n");
+  const Outcome save = run("convert " + path("a.toml") + " " + path("out.loam"), limit);
+  EXPECT_EQ(save.code, 3) << save.error;
+  EXPECT_FALSE(exists("out.loam"));
+  const Outcome picture = run("render cube --backend raycast --size 640x360 -o " + path("a.exr"), limit);
+  expect_one_sentence(picture, 3, "a.exr");
+  EXPECT_FALSE(exists("a.exr"));
+  EXPECT_EQ(files(), 3u);
+}
+
+TEST_F(Command, NotAVoxIsRefused) {
+  const auto file = world::shared_data("vox/not_a.vox");
+  if (!file) GTEST_SKIP();
+  const Outcome outcome = run("convert '" + file->string() + "' " + path("out.loam"));
+  expect_one_sentence(outcome, 3, "not_a.vox");
+  EXPECT_FALSE(exists("out.loam"));
+}
+
+TEST_F(Command, InfoAndConvertSayTheKeysThatOthersRelyOn) {
+  const Outcome info = run("info cube --json");
+  ASSERT_EQ(info.code, 0) << info.error;
+  const auto j = nlohmann::json::parse(info.out);
+  for (const char* key : {"voxels", "census", "unmapped", "bounds", "bytes_memory", "bytes_disk", "bytes_per_m3_memory",
+                          "layers", "effects"})
+    EXPECT_TRUE(j.contains(key)) << key;
+  const Outcome render = run("render cube --json --backend raycast --size 32x32 -o " + path("a.png"));
+  ASSERT_EQ(render.code, 0) << render.error;
+  const auto r = nlohmann::json::parse(render.out);
+  for (const char* key : {"ms", "rays", "faces_drawn", "passes", "device", "effects"})
+    EXPECT_TRUE(r.contains(key)) << key;
+  EXPECT_GE(r["rays"].get<int>(), 32 * 32);
+}
+
+TEST_F(Command, ConvertingTwiceGivesTheSameWorld) {
+  const auto file = world::shared_data("vox/monu6.vox");
+  if (!file) GTEST_SKIP();
+  const Outcome first = run("convert --json '" + file->string() + "' " + path("a.loam"));
+  ASSERT_EQ(first.code, 0) << first.error;
+  EXPECT_EQ(nlohmann::json::parse(first.out)["voxels"], 365232);
+  ASSERT_EQ(run("convert " + path("a.loam") + " " + path("b.vdb")).code, 0);
+  ASSERT_EQ(run("convert " + path("b.vdb") + " " + path("c.loam")).code, 0);
+  const auto hash = [&](const char* name) {
+    return nlohmann::json::parse(run(std::string("info --json ") + path(name)).out)["hash"];
+  };
+  EXPECT_EQ(hash("a.loam"), hash("b.vdb"));
+  EXPECT_EQ(hash("a.loam"), hash("c.loam"));
+}
+
+}  // namespace
+}  // namespace tools
