@@ -58,13 +58,13 @@ struct PartHeader {
 
 class HeaderWalk {
  public:
-  HeaderWalk(const std::filesystem::path& path, const Bytes& bytes) : path_(path), bytes_(bytes) {}
+  HeaderWalk(const std::string& name, const Bytes& bytes) : name_(name), bytes_(bytes) {}
 
   Status check() {
     constexpr std::array<uint8_t, 4> kMagic = {0x76, 0x2f, 0x31, 0x01};
     if (bytes_.size() < 8 || !std::equal(kMagic.begin(), kMagic.end(), bytes_.begin())) {
       return input_error(fmt::format("{}: is not an EXR picture: expected the bytes 76 2f 31 01 at the start of {}",
-                                     path_.string(), bytes_.size()));
+                                     name_, bytes_.size()));
     }
     const uint32_t flags = u32(4);
     if (flags & kDeep) return fail(4, "holds deep data; expected a flat picture");
@@ -80,7 +80,7 @@ class HeaderWalk {
 
  private:
   Error fail(size_t offset, std::string_view what) const {
-    return input_error(fmt::format("{}: byte {} of {}: {}", path_.string(), offset, bytes_.size(), what));
+    return input_error(fmt::format("{}: byte {} of {}: {}", name_, offset, bytes_.size(), what));
   }
   uint32_t u32(size_t at) const {
     uint32_t v;
@@ -172,7 +172,7 @@ class HeaderWalk {
     return {};
   }
 
-  const std::filesystem::path& path_;
+  const std::string& name_;
   const Bytes& bytes_;
   size_t position_ = 0;
 };
@@ -218,8 +218,8 @@ class MemoryOutput : public Imf::OStream {
   size_t position_ = 0;
 };
 
-Result<ExrFile> decode(const std::filesystem::path& path, const Bytes& bytes) {
-  MemoryInput stream(path.string(), bytes);
+Result<ExrFile> decode(const std::string& name, const Bytes& bytes) {
+  MemoryInput stream(name, bytes);
   Imf::InputFile input(stream, 1);
   const Imf::ChannelList& channels = input.header().channels();
   const bool gray = channels.findChannel("Y") && !channels.findChannel("R");
@@ -227,11 +227,11 @@ Result<ExrFile> decode(const std::filesystem::path& path, const Bytes& bytes) {
       gray ? std::array<const char*, 3>{"Y", "Y", "Y"} : std::array<const char*, 3>{"R", "G", "B"};
   std::string found;
   for (auto c = channels.begin(); c != channels.end(); ++c) found += fmt::format(" {}", c.name());
-  for (const char* name : wanted) {
-    const Imf::Channel* channel = channels.findChannel(name);
+  for (const char* wanted_name : wanted) {
+    const Imf::Channel* channel = channels.findChannel(wanted_name);
     if (!channel || channel->xSampling != 1 || channel->ySampling != 1 || (gray && channels.findChannel("RY"))) {
-      return input_error(fmt::format("{}: has the channels{}; expected R, G and B, or Y alone, at every pixel",
-                                     path.string(), found.size() > 120 ? found.substr(0, 120) + " ..." : found));
+      return input_error(fmt::format("{}: has the channels{}; expected R, G and B, or Y alone, at every pixel", name,
+                                     found.size() > 120 ? found.substr(0, 120) + " ..." : found));
     }
   }
 
@@ -320,15 +320,18 @@ world::Status write_exr(const std::filesystem::path& path, const Image& image, c
   }
 }
 
-world::Result<ExrFile> read_exr(const std::filesystem::path& path) {
+world::Result<ExrFile> decode_exr(const std::string& name, const Bytes& bytes) {
   try {
-    TRY(const Bytes bytes, world::read_file(path));
-    TRY_STATUS(HeaderWalk(path, bytes).check());
-    return decode(path, bytes);
+    TRY_STATUS(HeaderWalk(name, bytes).check());
+    return decode(name, bytes);
   } catch (const std::exception& e) {
-    // OpenEXR's own words already name the file at times.
-    return input_error(fmt::format("{}: {}; expected a whole EXR picture", path.string(), e.what()));
+    return input_error(fmt::format("{}: {}; expected a whole EXR picture", name, e.what()));
   }
+}
+
+world::Result<ExrFile> read_exr(const std::filesystem::path& path) {
+  TRY(const Bytes bytes, world::read_file(path));
+  return decode_exr(path.string(), bytes);
 }
 
 }  // namespace render

@@ -172,17 +172,17 @@ Status check_keys(const std::filesystem::path& path, const PictureText& text) {
   return {};
 }
 
-Result<PngFile> decode(const std::filesystem::path& path, const std::vector<uint8_t>& bytes) {
+Result<PngFile> decode(const std::string& name, const std::vector<uint8_t>& bytes) {
   const auto broken = [&](const Reader& reader) {
-    return input_error(fmt::format("{}: byte {} of {}: {}; expected a whole PNG picture", path.string(),
-                                   reader.position, bytes.size(), reader.failure.message));
+    return input_error(fmt::format("{}: byte {} of {}: {}; expected a whole PNG picture", name, reader.position,
+                                   bytes.size(), reader.failure.message));
   };
   if (bytes.size() < 8 || png_sig_cmp(bytes.data(), 0, 8) != 0) {
-    return input_error(fmt::format("{}: is not a PNG picture: expected its signature in the first 8 bytes of {}",
-                                   path.string(), bytes.size()));
+    return input_error(
+        fmt::format("{}: is not a PNG picture: expected its signature in the first 8 bytes of {}", name, bytes.size()));
   }
   Reader reader(bytes);
-  if (!reader.png || !reader.info) return input_error(path.string() + ": cannot read: libpng did not start");
+  if (!reader.png || !reader.info) return input_error(name + ": cannot read: libpng did not start");
   if (!read_header(reader)) return broken(reader);
 
   // Believe the size only where so many bytes can come out of this file.
@@ -197,7 +197,7 @@ Result<PngFile> decode(const std::filesystem::path& path, const std::vector<uint
       row_bytes * height / 24 > kDeflateExpansion * bytes.size()) {
     return input_error(
         fmt::format("{}: byte 16: claims {} x {} pixels, which {} bytes cannot hold or which is more than {} pixels",
-                    path.string(), width, height, bytes.size(), kMaxPicturePixels));
+                    name, width, height, bytes.size(), kMaxPicturePixels));
   }
   file.width = static_cast<int>(width), file.height = static_cast<int>(height);
 
@@ -254,13 +254,17 @@ world::Status write_png(const std::filesystem::path& path, const Image8& image, 
   }
 }
 
-world::Result<PngFile> read_png(const std::filesystem::path& path) {
+world::Result<PngFile> decode_png(const std::string& name, const std::vector<uint8_t>& bytes) {
   try {
-    TRY(const std::vector<uint8_t> bytes, world::read_file(path));
-    return decode(path, bytes);
+    return decode(name, bytes);
   } catch (const std::exception& e) {
-    return input_error(fmt::format("{}: cannot read: {}", path.string(), e.what()));
+    return input_error(fmt::format("{}: cannot read: {}", name, e.what()));
   }
+}
+
+world::Result<PngFile> read_png(const std::filesystem::path& path) {
+  TRY(const std::vector<uint8_t> bytes, world::read_file(path));
+  return decode_png(path.string(), bytes);
 }
 
 Image8 image8_from_png(const PngFile& file) {

@@ -36,6 +36,8 @@ struct PngFile {
   PictureText text;
 };
 world::Result<PngFile> read_png(const std::filesystem::path& path);
+/// The same from memory; `name` is for messages.
+world::Result<PngFile> decode_png(const std::string& name, const std::vector<uint8_t>& bytes);
 /// Gray repeated, 16 bits rounded to 8, alpha left out.
 Image8 image8_from_png(const PngFile& file);
 
@@ -56,5 +58,6 @@ struct ExrFile {
 };
 /// Reads channels R, G, B (half, float or uint; scan lines or tiles; the first part) or Y alone as gray.
 world::Result<ExrFile> read_exr(const std::filesystem::path& path);
+world::Result<ExrFile> decode_exr(const std::string& name, const std::vector<uint8_t>& bytes);
 
 }  // namespace render

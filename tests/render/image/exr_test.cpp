@@ -171,19 +171,19 @@ TEST(Exr, EveryCommonLayoutIsRead) {
 TEST(Exr, ALargeFlatPictureIsReadWhateverItsCompression) {
   const world::TemporaryFolder folder;
   for (int method = 0; method < Imf::NUM_COMPRESSION_METHODS; ++method) {
-    Imf::Header header(2048, 2048);
+    Imf::Header header(1024, 1024);
     header.compression() = static_cast<Imf::Compression>(method);
-    const std::vector<half> black(size_t{2048} * 2048);
+    const std::vector<half> black(size_t{1024} * 1024);
     Imf::FrameBuffer frame;
     for (const char* name : {"R", "G", "B"}) {
       header.channels().insert(name, Imf::Channel(Imf::HALF));
-      frame.insert(name, Imf::Slice::Make(Imf::HALF, black.data(), Imath::V2i(0, 0), int64_t{2048}, int64_t{2048},
-                                          size_t{2}, size_t{4096}));
+      frame.insert(name, Imf::Slice::Make(Imf::HALF, black.data(), Imath::V2i(0, 0), int64_t{1024}, int64_t{1024},
+                                          size_t{2}, size_t{2048}));
     }
     {
       Imf::OutputFile out((folder / "flat.exr").c_str(), header);
       out.setFrameBuffer(frame);
-      out.writePixels(2048);
+      out.writePixels(1024);
     }
     const auto file = read_exr(folder / "flat.exr");
     ASSERT_TRUE(file.ok()) << method << ": " << file.error().message;
@@ -203,9 +203,9 @@ TEST(Exr, TruncatedAnywhereIsOneSentenceWithThePath) {
   const world::TemporaryFolder folder;
   ASSERT_TRUE(write_exr(folder / "whole.exr", noise_picture(12, 20), {{"scene", "s"}}).ok());
   const Bytes whole = *world::read_file(folder / "whole.exr");
-  for (size_t length = 0; length < whole.size(); ++length) {
-    write_bytes(folder / "cut.exr", Bytes(whole.begin(), whole.begin() + static_cast<long>(length)));
-    const auto file = read_exr(folder / "cut.exr");
+  // Every byte of the header, then every 17th: OpenEXR takes 3 ms to give up on missing blocks.
+  for (size_t length = 0; length < whole.size(); length += length < 500 ? 1 : 17) {
+    const auto file = decode_exr("cut.exr", Bytes(whole.begin(), whole.begin() + static_cast<long>(length)));
     ASSERT_FALSE(file.ok()) << length;
     ASSERT_EQ(file.error().kind, world::ErrorKind::input_output);
     ASSERT_NE(file.error().message.find("cut.exr"), std::string::npos);
@@ -222,8 +222,7 @@ TEST(Exr, EveryChangedByteGivesAnErrorOrAPicture) {
     for (const uint8_t flip : {0x01, 0x80, 0xff}) {
       Bytes changed = whole;
       changed[i] ^= flip;
-      write_bytes(folder / "flip.exr", changed);
-      const auto file = read_exr(folder / "flip.exr");
+      const auto file = decode_exr("flip.exr", changed);
       errors += file.ok() ? 0 : 1;
       if (file.ok()) {
         ASSERT_LE(file->image.pixels.size(), size_t{1} << 24) << i;
@@ -254,8 +253,7 @@ TEST(Exr, HugeClaimedSizesAreRefusedBeforeMemoryIsTaken) {
     Bytes changed = small;
     std::memcpy(changed.data() + at + 8, &w, 4);
     std::memcpy(changed.data() + at + 12, &h, 4);
-    write_bytes(folder / "huge.exr", changed);
-    const auto file = read_exr(folder / "huge.exr");
+    const auto file = decode_exr("huge.exr", changed);
     ASSERT_FALSE(file.ok()) << w << " x " << h;
     EXPECT_NE(file.error().message.find("huge.exr: byte"), std::string::npos) << file.error().message;
     EXPECT_NE(file.error().message.find("claims"), std::string::npos) << file.error().message;

@@ -133,8 +133,7 @@ TEST(Png, EveryColourTypeAndDepthOfTheStandardIsRead) {
        {8, 9, 10}},
   };
   for (const Case& c : cases) {
-    write_bytes(folder / "c.png", c.png);
-    const auto file = read_png(folder / "c.png");
+    const auto file = decode_png("c.png", c.png);
     ASSERT_TRUE(file.ok()) << c.name << ": " << file.error().message;
     EXPECT_EQ(file->channels, c.channels) << c.name;
     EXPECT_EQ(file->bits, c.bits) << c.name;
@@ -168,8 +167,7 @@ TEST(Png, TruncatedAnywhereIsOneSentenceWithThePath) {
   ASSERT_TRUE(write_png(folder / "whole.png", noise_picture(20, 20), {{"scene", "s"}}).ok());
   const Bytes whole = *world::read_file(folder / "whole.png");
   for (size_t length = 0; length < whole.size(); ++length) {
-    write_bytes(folder / "cut.png", Bytes(whole.begin(), whole.begin() + static_cast<long>(length)));
-    const auto file = read_png(folder / "cut.png");
+    const auto file = decode_png("cut.png", Bytes(whole.begin(), whole.begin() + static_cast<long>(length)));
     ASSERT_FALSE(file.ok()) << length;
     ASSERT_EQ(file.error().kind, world::ErrorKind::input_output);
     ASSERT_NE(file.error().message.find("cut.png"), std::string::npos);
@@ -186,8 +184,7 @@ TEST(Png, EveryFlippedByteGivesAnErrorOrAPictureOfBoundedSize) {
   for (size_t i = 0; i < whole.size(); ++i) {
     Bytes changed = whole;
     changed[i] ^= 0x55;
-    write_bytes(folder / "flip.png", changed);
-    const auto file = read_png(folder / "flip.png");
+    const auto file = decode_png("flip.png", changed);
     errors += file.ok() ? 0 : 1;
     if (file.ok()) {
       ASSERT_EQ(file->samples.size(), 6u * 4 * 3) << i;
@@ -200,8 +197,7 @@ TEST(Png, HugeClaimedSizesAreRefusedBeforeMemoryIsTaken) {
   const world::TemporaryFolder folder;
   for (const auto& [w, h] :
        {std::pair{0x7fffffffu, 0x7fffffffu}, {65536u, 65536u}, {10000u, 10000u}, {1u, 100000000u}}) {
-    write_bytes(folder / "huge.png", hand_made_png(w, h, 8, 2, {}));
-    const auto file = read_png(folder / "huge.png");
+    const auto file = decode_png("huge.png", hand_made_png(w, h, 8, 2, {}));
     ASSERT_FALSE(file.ok()) << w << " x " << h;
     EXPECT_NE(file.error().message.find("huge.png"), std::string::npos);
   }
