@@ -49,6 +49,13 @@ class BenchContext {
   uint64_t seed() const { return seed_; }
   /// The world of a scene, built once and read by all: "valley" is 1024 x 256 x 1024.
   Result<const world::World*> world(const std::string& scene);
+  /// Whatever else several rows share, by a name of their choice: made where it is missing.
+  template <class T>
+  std::shared_ptr<T> shared(const std::string& name, const std::function<std::shared_ptr<T>()>& make) {
+    std::shared_ptr<void>& slot = shared_[name];
+    if (!slot) slot = make();
+    return std::static_pointer_cast<T>(slot);
+  }
   /// A folder of this run's own, removed at the end.
   Result<std::filesystem::path> scratch();
 
@@ -56,8 +63,15 @@ class BenchContext {
   bool quick_;
   uint64_t seed_;
   std::map<std::string, std::unique_ptr<world::World>> worlds_;
+  std::map<std::string, std::shared_ptr<void>> shared_;
   std::filesystem::path scratch_;
 };
+
+/// Makes the compiler believe that the value is used and that memory has changed.
+template <class T>
+inline void keep(const T& value) {
+  asm volatile("" : : "g"(&value) : "memory");
+}
 
 // ---- suites ----
 
@@ -110,7 +124,7 @@ struct Bench {
   int repetitions = 0;  // 0 = the runner's usual number
   std::optional<Reach> reach = std::nullopt;
   std::optional<Reach> limit = std::nullopt;  // what the hardware allows at most, where known
-  std::function<Result<Prepared>(BenchContext&)> prepare;
+  std::function<Result<Prepared>(BenchContext&)> prepare = nullptr;
 };
 
 // ---- subjects: accuracy against time ----
@@ -124,13 +138,21 @@ struct ErrorSample {
 
 /// One method at one setting of its knobs.
 struct Setting {
-  std::string method;       // points of one method are joined by a line
-  std::string setting;      // "method@knob", unique within the subject
-  double knob = 0;          // the method's knob as a number, for fitted slopes
-  bool is_default = false;  // what Loam ships with; ringed in the plot
-  bool stochastic = false;  // measured over many seeds, else once
-  std::function<ErrorSample(uint64_t seed)> measure;
-  std::function<double()> run;  // timed; returns the deterministic work of one call in the subject's work_unit
+  std::string method;        // points of one method are joined by a line
+  std::string setting;       // "method@knob", unique within the subject
+  std::string problem = {};  // points compete only within one problem, e.g. one distance; empty = one for all
+  double knob = 0;           // the method's knob as a number, for fitted slopes
+  bool is_default = false;   // what Loam ships with; ringed in the plot
+  bool stochastic = false;   // measured over many seeds, else once
+  std::function<ErrorSample(uint64_t seed)> measure = nullptr;
+  std::function<double()> run =
+      nullptr;  // timed; returns the deterministic work of one call in the subject's work_unit
+};
+
+/// The log-log slope of the first metric over the knob that a method must show, within +-0.1, from a least knob on.
+struct ExpectedSlope {
+  double slope = 0;
+  double from_knob = 0;
 };
 
 struct Subject {
@@ -141,9 +163,8 @@ struct Subject {
   std::string work_unit;             // "transforms", "steps", "rays"
   double noise_floor = 0;            // of the reference, in the unit of the first metric; 0 = exact
   int threads = 1;
-  /// Fitted log-log slope of error over knob that a method must show, within +-0.1.
-  std::map<std::string, double> expected_slope = {};
-  std::function<Result<std::vector<Setting>>(BenchContext&)> settings;
+  std::map<std::string, ExpectedSlope> expected_slopes = {};  // by method
+  std::function<Result<std::vector<Setting>>(BenchContext&)> settings = nullptr;
 };
 
 // ---- the registry ----

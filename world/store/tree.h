@@ -1,5 +1,5 @@
-/// OpenVDB's side of the store. Only world/store/*.cpp and world/formats/vdb.cpp may include this file: OpenVDB's
-/// headers cost 20 s a file.
+/// OpenVDB's side of the store. Only world/store/*.cpp, world/formats/vdb.cpp and tools/bench/rivals/ may include this
+/// file: OpenVDB's headers cost 20 s a file.
 ///
 /// Invariant: a region that holds anything is an InternalNode of level 1 in the tree, and `regions` points to it; there
 /// are no tiles above that level. A leaf of one value is a tile. Active means "not air".

@@ -1,0 +1,34 @@
+/// loam bench list | run [SUITE...] | pareto | compare A.json B.json: the benchmark runner's commands.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tools/bench/benchmark.h"
+#include "tools/bench/runner.h"
+#include "world/base/errors.h"
+
+namespace tools {
+
+struct BenchRequest {
+  std::vector<std::string> names;  // suites or suite/row for run, subjects for pareto; none = all
+  bool json = false, quick = false;
+  uint64_t seed = 1;
+  std::filesystem::path plot_folder;  // pareto: one SVG and one CSV a subject
+};
+
+/// What a request names; the error of an unknown name holds the nearest known one.
+Result<std::vector<Registry::Row>> select_rows(const Registry& registry, const std::vector<std::string>& names);
+Result<std::vector<Subject>> select_subjects(const Registry& registry, const std::vector<std::string>& names);
+
+/// Each prints to stdout and returns the exit code.
+Result<int> bench_list(const Registry& registry, bool json);
+/// 0 whether reaches are met or not; 1 where a row failed.
+Result<int> bench_run(const Registry& registry, const BenchRequest& request);
+/// 1 where a subject failed or a method misses its expected slope.
+Result<int> bench_pareto(const Registry& registry, const BenchRequest& request);
+/// 1 on a regression.
+Result<int> bench_compare(const std::filesystem::path& before, const std::filesystem::path& after, bool json);
+
+}  // namespace tools

@@ -1,0 +1,189 @@
+#include "tools/bench/plot.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include <fmt/format.h>
+
+namespace tools {
+
+namespace {
+
+constexpr double kWidth = 960, kHeight = 640, kLeft = 80, kRight = 760, kTop = 60, kBottom = 570;
+// Okabe and Ito's colours, which stay apart for most colour-blind readers.
+constexpr const char* kColours[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"};
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (char c : text) switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:
+        out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    }
+  return out;
+}
+
+/// Whole decades that hold the values.
+struct LogAxis {
+  int low = 0, high = 1;
+  double start = 0, end = 1;  // in the picture
+  LogAxis(const std::vector<double>& values, double picture_start, double picture_end)
+      : start(picture_start), end(picture_end) {
+    bool any = false;
+    for (double v : values) {
+      if (!(v > 0) || !std::isfinite(v)) continue;
+      const int floor = static_cast<int>(std::floor(std::log10(v))), ceil = static_cast<int>(std::ceil(std::log10(v)));
+      low = any ? std::min(low, floor) : floor, high = any ? std::max(high, ceil) : ceil, any = true;
+    }
+    if (high <= low) high = low + 1;
+  }
+  double place(double value) const {
+    const double t = (std::log10(value) - low) / (high - low);
+    return start + std::clamp(t, 0.0, 1.0) * (end - start);
+  }
+};
+
+struct Picture {
+  std::string svg;
+  void line(double x1, double y1, double x2, double y2, const std::string& style) {
+    svg += fmt::format("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" {}/>\n", x1, y1, x2, y2, style);
+  }
+  void text(double x, double y, const std::string& style, const std::string& words) {
+    svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" {}>{}</text>\n", x, y, style, escaped(words));
+  }
+  void path(const std::vector<std::pair<double, double>>& points, const std::string& style) {
+    std::string list;
+    for (const auto& [x, y] : points) list += fmt::format("{}{:.1f},{:.1f}", list.empty() ? "" : " ", x, y);
+    svg += fmt::format("<polyline points=\"{}\" fill=\"none\" {}/>\n", list, style);
+  }
+};
+
+void draw_axes(Picture& picture, const LogAxis& time, const LogAxis& error, const SubjectResult& s) {
+  const auto ticks = [](const LogAxis& axis) { return std::max(1, (axis.high - axis.low) / 12); };
+  for (int d = time.low; d <= time.high; d += ticks(time)) {
+    const double x = time.place(std::pow(10.0, d));
+    picture.line(x, kTop, x, kBottom, "stroke=\"#ddd\"");
+    picture.text(x, kBottom + 18, "text-anchor=\"middle\"", fmt::format("1e{}", d));
+  }
+  for (int d = error.low; d <= error.high; d += ticks(error)) {
+    const double y = error.place(std::pow(10.0, d));
+    picture.line(kLeft, y, kRight, y, "stroke=\"#ddd\"");
+    picture.text(kLeft - 8, y + 4, "text-anchor=\"end\"", fmt::format("1e{}", d));
+  }
+  for (double budget : {1.0, 4.0, 16.0, 64.0}) {
+    if (budget < std::pow(10.0, time.low) || budget > std::pow(10.0, time.high)) continue;
+    const double x = time.place(budget);
+    picture.line(x, kTop, x, kBottom, "stroke=\"#888\" stroke-dasharray=\"2 4\"");
+    picture.text(x + 3, kTop + 12, "fill=\"#666\"", fmt::format("{:g} ms", budget));
+  }
+  if (s.noise_floor > 0) {
+    const double y = error.place(3 * s.noise_floor);
+    picture.svg +=
+        fmt::format("<rect x=\"{}\" y=\"{:.1f}\" width=\"{}\" height=\"{:.1f}\" fill=\"#bbb\" opacity=\"0.4\"/>\n",
+                    kLeft, y, kRight - kLeft, std::max(0.0, kBottom - y));
+    picture.text(kLeft + 6, y + 14, "fill=\"#555\"", "below three noise floors of the reference");
+  }
+  picture.svg += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\" stroke=\"#333\"/>\n",
+                             kLeft, kTop, kRight - kLeft, kBottom - kTop);
+  picture.text((kLeft + kRight) / 2, kBottom + 44, "text-anchor=\"middle\"", "ms of one call of " + s.work_unit);
+  picture.svg += fmt::format("<text transform=\"translate(22 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
+                             (kTop + kBottom) / 2, escaped(s.metrics.empty() ? "error" : s.metrics[0]));
+}
+
+void draw_point(Picture& picture, double x, double y, const PointResult& p, double error, const std::string& colour) {
+  const std::string stroke = "stroke=\"" + colour + "\" stroke-width=\"2\"";
+  if (p.failed) {
+    picture.line(x - 5, y - 5, x + 5, y + 5, stroke);
+    picture.line(x - 5, y + 5, x + 5, y - 5, stroke);
+  } else if (error <= 0) {
+    picture.svg += fmt::format("<polygon points=\"{0:.1f},{1:.1f} {2:.1f},{3:.1f} {4:.1f},{3:.1f}\" fill=\"{5}\"/>\n",
+                               x, y - 9, x - 5, y, x + 5, colour);
+  } else {
+    picture.svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"4\" fill=\"{}\" {}/>\n", x, y,
+                               p.below_floor ? "white" : colour, stroke);
+  }
+  if (p.is_default)
+    picture.svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"9\" fill=\"none\" stroke=\"#333\"/>\n", x, y);
+}
+
+}  // namespace
+
+std::string pareto_svg(const SubjectResult& s) {
+  Picture picture;
+  picture.svg = fmt::format(
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}\" "
+      "height=\"{1}\" viewBox=\"0 0 {0} {1}\" font-family=\"sans-serif\" font-size=\"12\">\n"
+      "<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n",
+      kWidth, kHeight);
+  picture.text(kLeft, 24, "font-size=\"16\"", s.name + ": " + s.question);
+  picture.text(kLeft, 44, "fill=\"#555\"", "reference: " + s.reference);
+
+  std::vector<double> times, errors;
+  for (const PointResult& p : s.points) {
+    times.push_back(p.ms.median);
+    errors.push_back(p.errors.empty() ? NAN : p.errors[0].median);
+  }
+  if (s.noise_floor > 0) errors.push_back(s.noise_floor);
+  const LogAxis time(times, kLeft, kRight), error(errors, kBottom, kTop);
+  draw_axes(picture, time, error, s);
+
+  const auto place = [&](size_t i) -> std::pair<double, double> {
+    const PointResult& p = s.points[i];
+    const double x = std::isfinite(times[i]) && times[i] > 0 ? time.place(times[i]) : kLeft;
+    return {x, p.failed ? kTop : errors[i] > 0 ? error.place(errors[i]) : kBottom};
+  };
+
+  // The front of each problem, from the dearest point to the cheapest.
+  std::set<std::string> problems;
+  for (const PointResult& p : s.points) problems.insert(p.problem);
+  for (const std::string& problem : problems) {
+    std::vector<size_t> front;
+    for (size_t i = 0; i < s.points.size(); ++i)
+      if (s.points[i].front && s.points[i].problem == problem) front.push_back(i);
+    std::sort(front.begin(), front.end(), [&](size_t a, size_t b) { return times[a] < times[b]; });
+    std::vector<std::pair<double, double>> line;
+    for (size_t i : front) line.push_back(place(i));
+    if (line.size() > 1) picture.path(line, "stroke=\"#333\" stroke-width=\"3\" opacity=\"0.5\"");
+  }
+
+  // The points, joined by method; a guide line of the expected slope where knob and time go together.
+  std::vector<std::string> methods;
+  for (const PointResult& p : s.points)
+    if (std::find(methods.begin(), methods.end(), p.method) == methods.end()) methods.push_back(p.method);
+  for (size_t m = 0; m < methods.size(); ++m) {
+    const std::string colour = kColours[m % std::size(kColours)];
+    std::vector<std::pair<double, double>> line;
+    for (size_t i = 0; i < s.points.size(); ++i)
+      if (s.points[i].method == methods[m]) line.push_back(place(i));
+    if (line.size() > 1) picture.path(line, "stroke=\"" + colour + "\" stroke-width=\"1\" opacity=\"0.6\"");
+    for (size_t i = 0; i < s.points.size(); ++i) {
+      const PointResult& p = s.points[i];
+      if (p.method != methods[m]) continue;
+      const auto [x, y] = place(i);
+      draw_point(picture, x, y, p, errors[i], colour);
+      picture.text(x + 7, y - 5, "font-size=\"9\" fill=\"" + colour + "\"", p.setting);
+    }
+    const double y = kTop + 14 + 18 * static_cast<double>(m);
+    picture.svg += fmt::format("<circle cx=\"{}\" cy=\"{:.1f}\" r=\"4\" fill=\"{}\"/>\n", kRight + 16, y - 4, colour);
+    std::string legend = methods[m];
+    for (const SlopeResult& slope : s.slopes)
+      if (slope.method == methods[m] && slope.fitted)
+        legend += fmt::format(" (slope {:.2f}, expected {:.2f})", *slope.fitted, slope.expected);
+    picture.text(kRight + 26, y, "font-size=\"11\"", legend);
+  }
+  return picture.svg + "</svg>\n";
+}
+
+}  // namespace tools

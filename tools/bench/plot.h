@@ -1,0 +1,16 @@
+/// Draws a subject's error over time as an SVG of its own: both axes logarithmic, to the bottom left is better.
+///
+/// The front of each problem is a bold line; what ships is ringed; a point that failed is a cross on the top edge, an
+/// exact one (error 0) a triangle on the bottom edge, one below three noise floors is hollow; the floor is a grey band,
+/// and budgets of 1, 4, 16 and 64 ms are dashed.
+#pragma once
+
+#include <string>
+
+#include "tools/bench/runner.h"
+
+namespace tools {
+
+std::string pareto_svg(const SubjectResult& subject);
+
+}  // namespace tools

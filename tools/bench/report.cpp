@@ -1,0 +1,235 @@
+#include "tools/bench/report.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "world/base/text.h"
+
+namespace tools {
+
+namespace {
+
+Json number_or_null(const std::optional<double>& value) {
+  return value && std::isfinite(*value) ? Json(*value) : Json();
+}
+Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(); }
+
+Json spread_json(const Spread& s) {
+  return {{"median", number_or_null(s.median)}, {"q1", number_or_null(s.q1)},       {"q3", number_or_null(s.q3)},
+          {"min", number_or_null(s.minimum)},   {"max", number_or_null(s.maximum)}, {"count", s.count}};
+}
+
+Json header_json(const Machine& machine, const RunOptions& options) {
+  Json json;
+  json["machine"] = machine_json(machine);
+  json["commit"] = build_commit();
+  json["quick"] = options.quick;
+  json["seed"] = options.seed;
+  return json;
+}
+
+std::string threads_text(int threads) { return threads == 1 ? "a core" : fmt::format("{} threads", threads); }
+
+Json row_json(const RowResult& r) {
+  const bool rival = !r.rivals.empty();
+  Json json = {{"suite", r.suite},
+               {"name", r.name},
+               {"value", number_or_null(r.error.empty() ? r.value.median : NAN)},
+               {"unit", r.unit},
+               {"better", r.better == Better::higher ? "higher" : "lower"},
+               {"rival", rival ? Json(r.rivals[0].name) : Json()},
+               {"rival_value", rival ? number_or_null(r.rivals[0].value.median) : Json()},
+               {"ratio", r.ratio ? number_or_null(r.ratio->median) : Json()},
+               {"reach", r.reach ? Json(r.reach->value) : Json()},
+               {"met", r.met ? Json(*r.met) : Json()},
+               {"what", r.what},
+               {"threads", r.threads},
+               {"clock", r.thread_clock ? "thread" : "wall"},
+               {"ours", r.ours},
+               {"spread", spread_json(r.value)},
+               {"ratio_spread", r.ratio ? spread_json(*r.ratio) : Json()},
+               {"calls", r.calls},
+               {"reach_origin", r.reach ? Json(r.reach->origin) : Json()},
+               {"limit", r.limit ? Json(r.limit->value) : Json()},
+               {"limit_origin", r.limit ? Json(r.limit->origin) : Json()},
+               {"error", r.error.empty() ? Json() : Json(r.error)}};
+  json["rivals"] = Json::array();
+  for (const ContenderResult& c : r.rivals)
+    json["rivals"].push_back({{"name", c.name}, {"spread", spread_json(c.value)}});
+  json["counters"] = Json::object();
+  for (const auto& [name, value] : r.counters) json["counters"][name] = number_or_null(value);
+  return json;
+}
+
+Json subject_json(const SubjectResult& s) {
+  Json json = {{"name", s.name},
+               {"question", s.question},
+               {"reference", s.reference},
+               {"metric", s.metrics.empty() ? "" : s.metrics[0]},
+               {"metrics", s.metrics},
+               {"work_unit", s.work_unit},
+               {"noise_floor", s.noise_floor},
+               {"threads", s.threads},
+               {"error", s.error.empty() ? Json() : Json(s.error)}};
+  json["points"] = Json::array();
+  for (const PointResult& p : s.points) {
+    Json errors = Json::array();
+    for (const Spread& e : p.errors) errors.push_back(spread_json(e));
+    json["points"].push_back({{"setting", p.setting},
+                              {"error", p.errors.empty() ? Json() : number_or_null(p.errors[0].median)},
+                              {"bias", number_or_null(p.bias)},
+                              {"work", number_or_null(p.work)},
+                              {"ms", number_or_null(p.ms.median)},
+                              {"spread", number_or_null(p.ms.iqr())},
+                              {"method", p.method},
+                              {"problem", p.problem},
+                              {"knob", p.knob},
+                              {"errors", errors},
+                              {"ms_spread", spread_json(p.ms)},
+                              {"default", p.is_default},
+                              {"failed", p.failed},
+                              {"below_floor", p.below_floor},
+                              {"front", p.front},
+                              {"default_on_front", p.default_on_front ? Json(*p.default_on_front) : Json()}});
+  }
+  json["slopes"] = Json::array();
+  for (const SlopeResult& slope : s.slopes)
+    json["slopes"].push_back({{"method", slope.method},
+                              {"expected", slope.expected},
+                              {"fitted", number_or_null(slope.fitted)},
+                              {"met", slope.met}});
+  return json;
+}
+
+}  // namespace
+
+std::string number_text(double value) {
+  if (std::isnan(value)) return "failed";
+  if (!std::isfinite(value)) return value > 0 ? "infinite" : "-infinite";
+  const double size = std::abs(value);
+  if (size >= 10000 && size < 1e15)
+    return (value < 0 ? "-" : "") + world::with_thousands(static_cast<unsigned long long>(std::llround(size)));
+  return fmt::format("{:.4g}", value);
+}
+
+std::string table_text(const std::vector<std::vector<std::string>>& rows) {
+  std::vector<size_t> widths;
+  for (const auto& row : rows) {
+    widths.resize(std::max(widths.size(), row.size()));
+    for (size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+  }
+  const auto is_number = [](const std::string& cell) {
+    return !cell.empty() && (std::isdigit(static_cast<unsigned char>(cell[0])) || cell[0] == '-');
+  };
+  std::string text;
+  for (const auto& row : rows) {
+    std::string line;
+    for (size_t i = 0; i < row.size(); ++i) {
+      const std::string padding(widths[i] - row[i].size(), ' ');
+      line += (i ? "  " : "") + (is_number(row[i]) ? padding + row[i] : row[i] + padding);
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    text += line + "\n";
+  }
+  return text;
+}
+
+Json machine_json(const Machine& m) {
+  return {{"cpu", m.cpu},           {"cores", m.cores},       {"simd", m.simd},   {"memory_bytes", m.memory_bytes},
+          {"kernel", m.kernel},     {"compiler", m.compiler}, {"flags", m.flags}, {"governor", m.governor},
+          {"load_average", m.load}, {"date", m.date}};
+}
+
+Json run_json(const Machine& machine, const RunOptions& options, const std::vector<RowResult>& rows) {
+  Json json = header_json(machine, options);
+  json["rows"] = Json::array();
+  for (const RowResult& row : rows) json["rows"].push_back(row_json(row));
+  return json;
+}
+
+Json pareto_json(const Machine& machine, const RunOptions& options, const std::vector<SubjectResult>& subjects) {
+  Json json = header_json(machine, options);
+  json["subjects"] = Json::array();
+  for (const SubjectResult& subject : subjects) json["subjects"].push_back(subject_json(subject));
+  return json;
+}
+
+std::string machine_text(const Machine& m) {
+  std::string text = fmt::format("{}, {} cores, {}, {}, {}, SIMD {}, commit {}, load {:.1f}\n", m.cpu, m.cores,
+                                 world::bytes_text(m.memory_bytes), m.kernel, m.compiler,
+                                 m.simd.empty() ? "none" : m.simd[0], build_commit(), m.load);
+  if (m.load > m.cores)
+    text +=
+        fmt::format("the machine was busy (load {:.1f} on {} cores): wall times are upper bounds\n", m.load, m.cores);
+  return text;
+}
+
+std::string run_text(const std::vector<RowResult>& rows) {
+  std::vector<std::vector<std::string>> table{
+      {"benchmark", "median", "q1", "q3", "unit", "on", "rival", "rival's", "ratio", "reach", "met"}};
+  std::string notes;
+  for (const RowResult& r : rows) {
+    const std::string name = r.suite + "/" + r.name;
+    if (!r.error.empty()) {
+      table.push_back({name, r.no_device ? "no device" : "FAILED"});
+      notes += name + ": " + r.error + "\n";
+      continue;
+    }
+    const bool rival = !r.rivals.empty();
+    table.push_back({name, number_text(r.value.median), number_text(r.value.q1), number_text(r.value.q3), r.unit,
+                     threads_text(r.threads), rival ? r.rivals[0].name : "",
+                     rival ? number_text(r.rivals[0].value.median) : "", r.ratio ? number_text(r.ratio->median) : "",
+                     r.reach ? (r.better == Better::higher ? ">= " : "<= ") + number_text(r.reach->value) : "",
+                     r.met ? (*r.met ? "yes" : "NO") : ""});
+    for (size_t i = 1; i < r.rivals.size(); ++i)
+      notes += fmt::format("{}: {} {} {}\n", name, r.rivals[i].name, number_text(r.rivals[i].value.median), r.unit);
+    if (r.limit)
+      notes += fmt::format("{}: at most {} {} ({})\n", name, number_text(r.limit->value), r.unit, r.limit->origin);
+    for (const auto& [counter, value] : r.counters)
+      notes += fmt::format("{}: {} {}\n", name, counter, number_text(value));
+  }
+  return table_text(table) + (notes.empty() ? "" : "\n" + notes);
+}
+
+std::string pareto_text(const SubjectResult& s) {
+  std::string text = fmt::format("{}: {}\nreference: {}\n", s.name, s.question, s.reference);
+  if (!s.error.empty()) return text + "FAILED: " + s.error + "\n";
+  std::vector<std::vector<std::string>> table{{"setting"}};
+  for (const std::string& metric : s.metrics) table[0].push_back(metric);
+  for (const char* head : {"bias", "work", "ms", "IQR", "front", "default"}) table[0].push_back(head);
+  for (const PointResult& p : s.points) {
+    std::vector<std::string> row{p.setting};
+    for (const Spread& e : p.errors) row.push_back(number_text(e.median));
+    row.insert(row.end(), {number_text(p.bias), number_text(p.work), number_text(p.ms.median), number_text(p.ms.iqr()),
+                           p.failed        ? "failed"
+                           : p.below_floor ? "below floor"
+                           : p.front       ? "yes"
+                                           : "",
+                           p.is_default ? (p.default_on_front.value_or(true) ? "yes" : "OFF the front") : ""});
+    table.push_back(std::move(row));
+  }
+  text += table_text(table);
+  text += fmt::format("work counts {}; ms of one call on {}\n", s.work_unit, threads_text(s.threads));
+  for (const SlopeResult& slope : s.slopes)
+    text += fmt::format("slope of {}: {}, expected {:.2f} +- 0.1: {}\n", slope.method,
+                        slope.fitted ? fmt::format("{:.3f}", *slope.fitted) : "none", slope.expected,
+                        slope.met ? "met" : "NOT MET");
+  return text;
+}
+
+std::string pareto_csv(const SubjectResult& s) {
+  std::string text = "subject,method,setting,problem,knob";
+  for (const std::string& metric : s.metrics) text += "," + metric;
+  text += ",bias,work_" + s.work_unit + ",ms,ms_q1,ms_q3,ms_min,failed,below_floor,front,default\n";
+  for (const PointResult& p : s.points) {
+    text += fmt::format("{},{},{},{},{:.17g}", s.name, p.method, p.setting, p.problem, p.knob);
+    for (const Spread& e : p.errors) text += fmt::format(",{:.17g}", e.median);
+    text += fmt::format(",{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:d},{:d},{:d},{:d}\n", p.bias, p.work,
+                        p.ms.median, p.ms.q1, p.ms.q3, p.ms.minimum, p.failed, p.below_floor, p.front, p.is_default);
+  }
+  return text;
+}
+
+}  // namespace tools

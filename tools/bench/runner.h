@@ -1,0 +1,94 @@
+/// Runs rows and subjects: warm-up, then ours and the rivals interleaved in a random order drawn from a seed.
+///
+/// Who may call it: the verb and the tests. It prints nothing but calls `progress`.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/bench/benchmark.h"
+#include "tools/bench/statistics.h"
+
+namespace tools {
+
+struct RunOptions {
+  bool quick = false;
+  uint64_t seed = 1;
+  /// Least time of one repetition; short calls are repeated to fill it, so that the clock's grain does not show.
+  double repetition_seconds = 0.05;
+  /// Repetitions stop here once there are enough of them.
+  double row_seconds = 12;
+  int repetitions = 11, least_repetitions = 3;
+  std::function<void(size_t done, size_t total, const std::string& what)> progress;
+
+  static RunOptions quick_run() {
+    RunOptions options;
+    options.quick = true, options.repetition_seconds = 0.01, options.row_seconds = 2, options.repetitions = 5;
+    return options;
+  }
+};
+
+struct ContenderResult {
+  std::string name;
+  Spread value;
+};
+
+struct RowResult {
+  std::string suite, name, what, unit;
+  Better better = Better::higher;
+  int threads = 0;  // that parallel loops were held to
+  bool thread_clock = false;
+  std::string ours;  // name of our contender
+  Spread value;
+  std::vector<ContenderResult> rivals;
+  /// How many times better than the first rival, paired by repetition: above 1 is better, whichever way `better`
+  /// points.
+  std::optional<Spread> ratio;
+  std::optional<Reach> reach, limit;
+  std::optional<bool> met;  // the median against the reach
+  std::map<std::string, double> counters;
+  int calls = 1;           // in one repetition
+  std::string error;       // empty: fine
+  bool no_device = false;  // the error says that this machine lacks what the row needs
+};
+
+RowResult run_row(const Registry::Row& row, BenchContext& context, const RunOptions& options);
+
+struct PointResult {
+  std::string method, setting, problem;
+  double knob = 0;
+  bool is_default = false;
+  std::vector<Spread> errors;  // one for each metric
+  double bias = 0;             // median over seeds
+  double work = 0;             // deterministic, of one call
+  Spread ms;                   // of one call
+  bool failed = false;         // an error or a time that is not finite
+  bool below_floor = false;    // nearer to the reference than three of its noise floors: not ranked
+  bool front = false;          // nothing beats it on (first metric, median ms) within its problem
+  /// Defaults only: on the front of its problem, within 5 %, by some metric.
+  std::optional<bool> default_on_front;
+};
+
+struct SlopeResult {
+  std::string method;
+  double expected = 0;
+  std::optional<double> fitted;
+  bool met = false;  // within +-0.1
+};
+
+struct SubjectResult {
+  std::string name, question, reference, work_unit;
+  std::vector<std::string> metrics;
+  double noise_floor = 0;
+  int threads = 1;
+  std::vector<PointResult> points;
+  std::vector<SlopeResult> slopes;
+  std::string error;
+};
+
+SubjectResult run_subject(const Subject& subject, BenchContext& context, const RunOptions& options);
+
+}  // namespace tools

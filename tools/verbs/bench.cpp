@@ -1,0 +1,61 @@
+/// loam bench list | run | pareto | compare: how fast, how small, and how accuracy is paid for with time.
+#include <memory>
+
+#include "tools/bench/bench_verb.h"
+#include "tools/verb.h"
+
+namespace tools {
+
+namespace {
+
+struct BenchArguments {
+  BenchRequest request;
+  std::string before, after;
+};
+
+}  // namespace
+
+void add_bench_verb(Command& command) {
+  auto arguments = std::make_shared<BenchArguments>();
+  CLI::App* bench = command.verb("bench", "benchmarks: list, run, pareto, compare");
+  bench->require_subcommand(1);
+  const auto common = [&](CLI::App* app) {
+    app->add_flag("--json", arguments->request.json, "one JSON object on stdout");
+    app->add_flag("--quick", arguments->request.quick, "less work and fewer repetitions");
+    app->add_option("--seed", arguments->request.seed, "of the order of the runs, and of stochastic methods");
+  };
+
+  CLI::App* list = bench->add_subcommand("list", "what can be measured");
+  list->add_flag("--json", arguments->request.json, "one JSON object on stdout");
+
+  CLI::App* run = bench->add_subcommand("run", "measure suites against their rivals and reaches");
+  run->add_option("SUITE", arguments->request.names, "suites or suite/benchmark (default: all)");
+  common(run);
+
+  CLI::App* pareto = bench->add_subcommand("pareto", "accuracy against time, against a reference");
+  pareto->add_option("--subject", arguments->request.names, "subjects (default: all)");
+  pareto->add_option("--plot", arguments->request.plot_folder, "folder for an SVG and a CSV of each subject");
+  common(pareto);
+
+  CLI::App* compare = bench->add_subcommand("compare", "what changed for sure between two results of `run --json`");
+  compare->add_option("A", arguments->before, "the earlier result")->required();
+  compare->add_option("B", arguments->after, "the later result")->required();
+  compare->add_flag("--json", arguments->request.json, "one JSON object on stdout");
+
+  CLI::App* absent = bench->add_subcommand("absent", "what effects cost that a scene does not call for");
+  CLI::App* stability = bench->add_subcommand("stability", "what runs for long and loses nothing");
+
+  command.action(bench, [=]() -> Result<int> {
+    for (const CLI::App* later : {absent, stability})
+      if (later->parsed())
+        return world::usage_error("`loam bench " + later->get_name() +
+                                  "` is not in this version; `loam bench list` shows what is");
+    if (compare->parsed()) return bench_compare(arguments->before, arguments->after, arguments->request.json);
+    const Registry registry = all_benchmarks();
+    if (list->parsed()) return bench_list(registry, arguments->request.json);
+    if (pareto->parsed()) return bench_pareto(registry, arguments->request);
+    return bench_run(registry, arguments->request);
+  });
+}
+
+}  // namespace tools
