@@ -15,10 +15,11 @@ void main() {
   if (kExactEdges) {
     const vec3 ray = picture.corner.xyz + gl_FragCoord.x * picture.step_x.xyz + gl_FragCoord.y * picture.step_y.xyz;
     const uint axis = seen.x >> (kSeenFaceShift + 1u);
-    const float fraction = axis == 0u ? picture.fraction.x : axis == 1u ? picture.fraction.y : picture.fraction.z;
+    const vec3 offsets = float(int(seen.y)) - picture.fraction.xyz - picture.fraction_rest.xyz;
+    const float offset = axis == 0u ? offsets.x : axis == 1u ? offsets.y : offsets.z;
     const float along = axis == 0u ? ray.x : axis == 1u ? ray.y : ray.z;
     const vec2 across = axis == 0u ? ray.zy : axis == 1u ? ray.zx : ray.yx;
-    const float t = (float(int(seen.y)) - fraction) / along;
+    const float t = offset / along;
     const vec2 hit = t * across;
     // Rounding error of the hit (about 1e-4 pixel): faces may overlap by that much, but never leave a crack.
     const vec2 slack = abs(hit) * (2e-7 / abs(along) + 2e-7) + 2e-7 * t;

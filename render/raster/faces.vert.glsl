@@ -20,7 +20,7 @@ void main() {
   const int u = axis == 2 ? 1 : 2, v = axis == 0 ? 1 : 0;
   const ivec3 voxel = chunks[gl_InstanceIndex].xyz + ivec3(face_voxel(record.x));
   const int plane = voxel[axis] + (face & 1);
-  const float offset = float(plane) - picture.fraction[axis];
+  const float offset = float(plane) - picture.fraction[axis] - picture.fraction_rest[axis];
   seen = uvec2(face_block(record.y) | uint(face) << kSeenFaceShift, uint(plane));
 
   // From integers, so that the common edge of two faces has the same bits in both.
@@ -36,7 +36,9 @@ void main() {
   }
   const bool high_u = (gl_VertexIndex & 1) != 0, high_v = (gl_VertexIndex & 2) != 0;
   vec3 point;
-  point[axis] = offset;
+  // A face at a hair's breadth is drawn a little farther: clipping in float could not place it. The fragment shader
+  // solves for the true plane.
+  point[axis] = (face & 1) == 1 ? min(offset, -kNearestFace) : max(offset, kNearestFace);
   point[u] = high_u ? high.x : low.x;
   point[v] = high_v ? high.y : low.y;
   if (kExactEdges) {

@@ -31,7 +31,7 @@ double near_plane(const world::WorldView& view, const Camera& camera, const Pixe
         nearest = std::min(nearest, glm::length(glm::max(low, glm::min(low + 1.0, Vec3d(0)))));
       }
   const double corner = std::sqrt(1 + rays.tan_half_x * rays.tan_half_x + rays.tan_half_y * rays.tan_half_y);
-  return std::clamp(0.9 * nearest / corner, 1e-6, 0.05);
+  return std::clamp(0.9 * nearest, 0.9 * raster::kNearestFace, 0.05) / corner;
 }
 
 class Raster : public RasterBackend {
@@ -41,6 +41,7 @@ class Raster : public RasterBackend {
   world::Status open() {
     if (rasterizer_) earlier_messages_ = messages();
     rasterizer_.reset();
+    shadow_store_ = 0;
     TRY(rasterizer_, raster::Rasterizer::make(options_));
     return {};
   }
@@ -73,10 +74,16 @@ class Raster : public RasterBackend {
                                       int width, int height) {
     const auto start = Clock::now();
     if (!rasterizer_) TRY_STATUS(open());
-    follow(view, camera, knobs);
+    const std::vector<world::LeafPos> dirty = follow(view, camera, knobs);
     const double extract_ms = ms_since(start);
     const auto upload_start = Clock::now();
-    TRY(const uint64_t bytes, rasterizer_->set_faces(extractor_.chunks()));
+    TRY(uint64_t bytes, rasterizer_->set_faces(extractor_.chunks()));
+    if (knobs.sun_shadow == SunShadow::ray) {
+      TRY(const uint64_t more, send_shadow_grid(view, dirty));
+      bytes += more;
+    } else if (!dirty.empty()) {
+      shadow_store_ = 0;
+    }
     const double upload_ms = ms_since(upload_start);
     const Shading shading(view.environment(), view.palette());
     const double near = near_plane(view, camera, PixelRays(camera, width, height));
@@ -88,7 +95,8 @@ class Raster : public RasterBackend {
   }
 
   /// Brings the extracted faces up to date with the store.
-  void follow(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs) {
+  /// Returns the leaves that changed.
+  std::vector<world::LeafPos> follow(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs) {
     if (view.store().identity() != store_) {
       store_ = view.store().identity();
       subscriber_ = view.store().subscribe();
@@ -106,13 +114,24 @@ class Raster : public RasterBackend {
       extractor_.rebuild(view, wanted());
     }
     extracted_ = true;
+    return dirty;
+  }
+
+  world::Result<uint64_t> send_shadow_grid(const world::WorldView& view, const std::vector<world::LeafPos>& dirty) {
+    const world::MaskVolume& opaque = view.masks(world::MaskKind::opaque);
+    if (shadow_store_ == store_) return rasterizer_->shadow_grid().update(rasterizer_->device(), opaque, dirty);
+    shadow_store_ = 0;
+    TRY(const uint64_t bytes, rasterizer_->shadow_grid().rebuild(rasterizer_->device(), opaque));
+    shadow_store_ = store_;
+    return bytes;
   }
 
   gpu::DeviceOptions options_;
   std::unique_ptr<raster::Rasterizer> rasterizer_;
   std::vector<std::string> earlier_messages_;  // of devices that were lost
   Extractor extractor_;
-  uint64_t store_ = 0;  // identity
+  uint64_t store_ = 0;         // identity of the world that was extracted
+  uint64_t shadow_store_ = 0;  // and of the one whose shadow grid is on the device; 0: none, or behind
   int subscriber_ = 0;
   bool extracted_ = false, camera_in_cavity_ = false;
 };

@@ -5,10 +5,12 @@
 
 #ifdef __cplusplus
 #include <cstdint>
+#include <glm/ext/vector_int4.hpp>
 #include <glm/vec4.hpp>
 namespace render::raster {
 using uint = uint32_t;
 using vec4 = glm::vec4;
+using ivec4 = glm::ivec4;
 #define SHARED_CONST constexpr
 #else
 #define SHARED_CONST const
@@ -20,35 +22,56 @@ SHARED_CONST uint kBindChunks = 2;     // ivec4[]  corner of each chunk, relativ
 SHARED_CONST uint kBindMaterials = 3;  // vec4[2n] albedo, emitted radiance
 SHARED_CONST uint kBindSeen = 4;       // rg32ui   what each pixel sees
 SHARED_CONST uint kBindRadiance = 5;   // float[3 * pixels]
-SHARED_CONST uint kBindRegions = 6;    // uint[]   shadow grid: hash table of regions
-SHARED_CONST uint kBindLeaves = 7;     // uint[]   shadow grid: summary bits and mask places of each region
+SHARED_CONST uint kBindRegions = 6;    // ivec4[]  shadow grid: hash table, region position and place + 1; 0: free
+SHARED_CONST uint kBindGroups = 7;     // uint[]   shadow grid: kGroupWords a group of 4^3 leaves, 64 groups a region
 SHARED_CONST uint kBindMasks = 8;      // uint[]   shadow grid: 16 words a mixed leaf
 SHARED_CONST uint kBindings = 9;
 
+/// Faces nearer than this to the camera's plane are drawn at this distance, m. The near plane is nearer.
+SHARED_CONST float kNearestFace = 2e-5;
+
 SHARED_CONST uint kShadeGroup = 8;  // the shading pass works on squares of 8 x 8 pixels
+
+/// A group of 4^3 leaves: which hold any opaque voxel (64 bits), which hold nothing else (64 bits), and the place of
+/// the mask of its first mixed leaf; the others follow in order of their bits.
+SHARED_CONST uint kGroupWords = 5;
 
 /// Specialisation constants.
 SHARED_CONST uint kSpecExactEdges = 0;
 SHARED_CONST uint kSpecSunShadow = 1;
 
-/// One picture. Only vec4, so that every layout rule places the members alike.
+/// One picture. Only members of 16 bytes, so that every layout rule places them alike.
 struct PictureConstants {
-  vec4 corner, step_x, step_y;               // PixelRays: direction = corner + px * step_x + py * step_y
-  vec4 clip_x, clip_y, clip_w;               // rows of the projection of a point relative to the camera
-  vec4 fraction;                             // of the camera's voxel; w: near plane, m
-  vec4 sun;                                  // towards the sun; w: view distance, m
+  vec4 corner, step_x, step_y;  // PixelRays: direction = corner + px * step_x + py * step_y
+  vec4 clip_x, clip_y, clip_w;  // rows of the projection of a point relative to the camera
+  vec4 fraction;                // of the camera's voxel, rounded to float; w: near plane, m
+  vec4 fraction_rest;           // what rounding took off, so that a face at a hair's breadth keeps its side
+  vec4 sun;                     // towards the sun; w: view distance, m
   vec4 sky_zenith, sky_horizon, sky_ground;  // radiance
   vec4 sky_lit[6];                           // radiance of albedo 1 under the sky, by face
   vec4 sun_lit[6];                           // added where the sun is visible; w: 1 where the face looks towards it
-  vec4 screen;                               // x: width, y: height, z: metres at view depth 1 that are 1.25/256 pixel
+  ivec4 camera_voxel;
+  ivec4 region_min, region_max;  // of the shadow grid, inclusive; w of region_min: slots in its table less 1
+  vec4 screen;                   // x: width, y: height, z: metres at view depth 1 that are 1.25/256 pixel
 };
+
+#ifdef __cplusplus
+#define SHARED_FUNCTION inline
+#else
+#define SHARED_FUNCTION
+#endif
+SHARED_FUNCTION uint region_hash(int x, int y, int z) {
+  uint h = uint(x) * 0x9e3779b1u + uint(y) * 0x85ebca6bu + uint(z) * 0xc2b2ae35u;
+  return h ^ (h >> 15);
+}
+#undef SHARED_FUNCTION
 
 /// A pixel of the target of the first pass: x = block | face << 16 (0: sky), y = plane of the face relative to the
 /// camera's voxel, as an int.
 SHARED_CONST uint kSeenFaceShift = 16u;
 
 #ifdef __cplusplus
-static_assert(sizeof(PictureConstants) == (12 + 12) * 16);
+static_assert(sizeof(PictureConstants) == (13 + 12 + 3) * 16);
 #undef SHARED_CONST
 }  // namespace render::raster
 #endif

@@ -13,12 +13,15 @@ double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
+/// Metres by which a camera on a plane of the grid is moved off it.
+constexpr double kOffPlane = 1e-12;
+
 vec4 to_vec4(const Vec3d& v, double w = 0) { return vec4(glm::vec3(v), static_cast<float>(w)); }
 vec4 to_vec4(const Rgb& c, float w = 0) { return vec4(c.r, c.g, c.b, w); }
 
 PictureConstants picture_constants(const Camera& camera, const PixelRays& rays, const world::Environment& environment,
-                                   const Shading& shading, const RenderKnobs& knobs, double near, int width,
-                                   int height) {
+                                   const Shading& shading, const RenderKnobs& knobs, const ShadowGrid& grid,
+                                   double near, int width, int height) {
   PictureConstants p{};
   p.corner = to_vec4(rays.corner);
   p.step_x = to_vec4(rays.step_x);
@@ -27,6 +30,7 @@ PictureConstants picture_constants(const Camera& camera, const PixelRays& rays, 
   p.clip_y = to_vec4(-rays.up / rays.tan_half_y);  // Vulkan's y points down
   p.clip_w = to_vec4(rays.forward);
   p.fraction = to_vec4(camera.position.fraction, near);
+  p.fraction_rest = to_vec4(camera.position.fraction - Vec3d(glm::vec3(camera.position.fraction)));
   p.sun = to_vec4(environment.sun_direction, knobs.view_distance);
   p.sky_zenith = to_vec4(environment.sky_zenith);
   p.sky_horizon = to_vec4(environment.sky_horizon);
@@ -35,6 +39,11 @@ PictureConstants picture_constants(const Camera& camera, const PixelRays& rays, 
     p.sky_lit[f] = to_vec4(shading.sky_lit[f]);
     p.sun_lit[f] = to_vec4(shading.sun_lit[f], shading.sun_faces[f] ? 1.0f : 0.0f);
   }
+  const world::VoxelPos voxel = camera.position.voxel;
+  const world::RegionPos low = grid.min_region(), high = grid.max_region();
+  p.camera_voxel = ivec4(voxel.x, voxel.y, voxel.z, 0);
+  p.region_min = ivec4(low.x, low.y, low.z, static_cast<int>(grid.table_size() - 1));
+  p.region_max = ivec4(high.x, high.y, high.z, 0);
   const double metres_per_pixel = 2 * rays.tan_half_y / height;
   p.screen = vec4(width, height, static_cast<float>(1.25 / 256 * metres_per_pixel), 0);
   return p;
@@ -76,10 +85,7 @@ world::Status Rasterizer::open(const gpu::DeviceOptions& options) {
   VkQueryPool pool = VK_NULL_HANDLE;
   VK_CHECK(vkCreateQueryPool(device_->handle(), &queries, nullptr, &pool));
   times_ = gpu::Owned<VkQueryPool>(*device_, pool);
-  for (gpu::Buffer* buffer : {&regions_, &leaves_, &masks_}) {
-    TRY(*buffer, gpu::make_buffer(*device_, 0, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::MemoryUse::upload));
-  }
-  return {};
+  return shadow_grid_.open(*device_);
 }
 
 world::Status Rasterizer::fit_targets(int width, int height) {
@@ -177,9 +183,9 @@ world::Status Rasterizer::write_sets() {
     write(set, kBindPicture, picture_);
     write(set, kBindMaterials, materials_);
     write(set, kBindRadiance, targets_.radiance, first * row_bytes, rows * row_bytes);
-    write(set, kBindRegions, regions_);
-    write(set, kBindLeaves, leaves_);
-    write(set, kBindMasks, masks_);
+    write(set, kBindRegions, shadow_grid_.regions());
+    write(set, kBindGroups, shadow_grid_.groups());
+    write(set, kBindMasks, shadow_grid_.masks());
     const VkDescriptorImageInfo seen{VK_NULL_HANDLE, targets_.seen.view, VK_IMAGE_LAYOUT_GENERAL};
     auto w = gpu::vk_info<VkWriteDescriptorSet>(VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET);
     w.dstSet = set;
@@ -269,7 +275,7 @@ void Rasterizer::record(VkCommandBuffer commands, VkPipeline faces, VkPipeline s
   vkCmdPipelineBarrier2(commands, &info);
 }
 
-world::Result<Frame> Rasterizer::draw(const Camera& camera, const world::Environment& environment,
+world::Result<Frame> Rasterizer::draw(const Camera& placed, const world::Environment& environment,
                                       const Shading& shading, const RenderKnobs& knobs, double near, int width,
                                       int height) {
   const auto start = Clock::now();
@@ -281,13 +287,17 @@ world::Result<Frame> Rasterizer::draw(const Camera& camera, const world::Environ
 
   // What to draw.
   const auto cull_start = Clock::now();
+  Camera camera = placed;
+  // A camera on a face's plane sees the face on its upper side, as a ray does.
+  camera.position.fraction = glm::max(camera.position.fraction, Vec3d(kOffPlane));
   const PixelRays rays(camera, width, height);
   cull(pool_, camera, rays, knobs.view_distance, list_);
   const double cull_ms = ms_since(cull_start);
 
   // What the shaders read.
   const auto fill_start = Clock::now();
-  const PictureConstants constants = picture_constants(camera, rays, environment, shading, knobs, near, width, height);
+  const PictureConstants constants =
+      picture_constants(camera, rays, environment, shading, knobs, shadow_grid_, near, width, height);
   TRY_STATUS(fill(picture_, &constants, sizeof constants, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT));
   TRY_STATUS(fill(chunks_, list_.chunks.data(), list_.chunks.size() * sizeof(ChunkCorner),
                   VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));

@@ -9,6 +9,7 @@
 #include "render/raster/culling.h"
 #include "render/raster/face_pool.h"
 #include "render/raster/pipelines.h"
+#include "render/raster/shadow_grid.h"
 #include "render/shading.h"
 
 namespace render::raster {
@@ -25,6 +26,8 @@ class Rasterizer {
   world::Result<Frame> draw(const Camera& camera, const world::Environment& environment, const Shading& shading,
                             const RenderKnobs& knobs, double near, int width, int height);
 
+  /// Used where knobs.sun_shadow is ray.
+  ShadowGrid& shadow_grid() { return shadow_grid_; }
   gpu::Device& device() { return *device_; }
   FacePool& pool() { return pool_; }
 
@@ -46,12 +49,13 @@ class Rasterizer {
   std::unique_ptr<gpu::Device> device_;  // first member: dies last
   Pipelines pipelines_;
   FacePool pool_;
+  ShadowGrid shadow_grid_;
   Targets targets_;
   gpu::Owned<VkDescriptorPool> descriptors_;
   uint32_t descriptor_sets_ = 0;
   std::vector<VkDescriptorSet> page_sets_, band_sets_;
   gpu::Owned<VkQueryPool> times_;
-  gpu::Buffer indices_, picture_, chunks_, draws_, materials_, regions_, leaves_, masks_;
+  gpu::Buffer indices_, picture_, chunks_, draws_, materials_;
   uint32_t indexed_records_ = 0;
   DrawList list_;
 };

@@ -1,0 +1,149 @@
+#include "render/raster/shadow_grid.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+namespace render::raster {
+
+namespace {
+
+constexpr uint32_t kRegionWords = 64 * kGroupWords;
+
+uint32_t mixed_leaves(const world::MaskRegion& region) {
+  uint32_t count = 0;
+  for (size_t g = 0; g < 64; ++g) count += static_cast<uint32_t>(std::popcount(region.any[g] & ~region.full[g]));
+  return count;
+}
+
+/// Writes a region's groups and its masks in order of group and bit.
+void write_region(const world::MaskRegion& region, uint32_t first_mask, uint32_t* groups, world::LeafMask* masks) {
+  uint32_t mask = 0;
+  for (uint32_t g = 0; g < 64; ++g) {
+    uint32_t* out = groups + g * kGroupWords;
+    std::memcpy(out, &region.any[g], 8);
+    std::memcpy(out + 2, &region.full[g], 8);
+    out[4] = first_mask + mask;
+    for (uint64_t mixed = region.any[g] & ~region.full[g]; mixed; mixed &= mixed - 1) {
+      const int bit = std::countr_zero(mixed);
+      const world::LeafPos leaf{static_cast<int32_t>(g >> 4) * 4 + (bit >> 4),
+                                static_cast<int32_t>(g >> 2 & 3) * 4 + (bit >> 2 & 3),
+                                static_cast<int32_t>(g & 3) * 4 + (bit & 3)};
+      masks[mask++] = region.leaf(leaf);
+    }
+  }
+}
+
+constexpr VkBufferUsageFlags kUsage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+
+}  // namespace
+
+world::Status ShadowGrid::open(gpu::Device& device) {
+  const world::MaskVolume nothing;
+  auto sent = rebuild(device, nothing);
+  if (!sent.ok()) return sent.error();
+  return {};
+}
+
+world::Result<uint64_t> ShadowGrid::rebuild(gpu::Device& device, const world::MaskVolume& opaque) {
+  const std::vector<const world::MaskRegion*> regions = opaque.regions();
+  places_.clear();
+  min_ = opaque.min_region();
+  max_ = opaque.max_region();
+  // Room for each region to grow a little without moving the others.
+  uint32_t index = 0;
+  uint64_t masks = 0;
+  for (const world::MaskRegion* region : regions) {
+    const uint32_t count = mixed_leaves(*region);
+    const uint32_t room = count + count / 8 + 16;
+    places_[region->pos] = {index++, static_cast<uint32_t>(masks), room};
+    masks += room;
+  }
+  table_size_ = std::bit_ceil(static_cast<uint32_t>(2 * regions.size() + 1));
+
+  const uint64_t table_bytes = uint64_t{table_size_} * sizeof(ivec4);
+  const uint64_t group_bytes = regions.size() * kRegionWords * sizeof(uint32_t);
+  const uint64_t mask_bytes = masks * sizeof(world::LeafMask);
+  const uint64_t limit = device.limits().maxStorageBufferRange;
+  if (mask_bytes > limit || group_bytes > limit || table_bytes > limit)
+    return world::Error{world::ErrorKind::usage, "the world is too large for the sun's shadow on this device (" +
+                                                     std::to_string(mask_bytes >> 20) + " MiB of masks, at most " +
+                                                     std::to_string(limit >> 20) +
+                                                     "); set sun_shadow to none or use the raycast backend"};
+  TRY(regions_, gpu::make_buffer(device, table_bytes, kUsage, gpu::MemoryUse::device));
+  TRY(groups_, gpu::make_buffer(device, group_bytes, kUsage, gpu::MemoryUse::device));
+  TRY(masks_, gpu::make_buffer(device, mask_bytes, kUsage, gpu::MemoryUse::device));
+
+  const uint64_t groups_at = table_bytes, masks_at = groups_at + (group_bytes + 63) / 64 * 64;
+  TRY(const gpu::Buffer staging,
+      gpu::make_buffer(device, masks_at + mask_bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, gpu::MemoryUse::upload));
+  auto* table = reinterpret_cast<ivec4*>(staging.mapped());
+  std::fill(table, table + table_size_, ivec4(0));
+  for (const world::MaskRegion* region : regions) {
+    const Place& place = places_[region->pos];
+    uint32_t slot = region_hash(region->pos.x, region->pos.y, region->pos.z) & (table_size_ - 1);
+    while (table[slot].w) slot = (slot + 1) & (table_size_ - 1);
+    table[slot] = ivec4(region->pos.x, region->pos.y, region->pos.z, static_cast<int>(place.index) + 1);
+    write_region(*region, place.first_mask,
+                 reinterpret_cast<uint32_t*>(staging.mapped() + groups_at) + place.index * kRegionWords,
+                 reinterpret_cast<world::LeafMask*>(staging.mapped() + masks_at) + place.first_mask);
+  }
+  TRY_STATUS(device.run([&](VkCommandBuffer commands) {
+    const VkBufferCopy copies[] = {{0, 0, table_bytes}, {groups_at, 0, group_bytes}, {masks_at, 0, mask_bytes}};
+    vkCmdCopyBuffer(commands, staging.handle, regions_.handle, 1, &copies[0]);
+    if (group_bytes) vkCmdCopyBuffer(commands, staging.handle, groups_.handle, 1, &copies[1]);
+    if (mask_bytes) vkCmdCopyBuffer(commands, staging.handle, masks_.handle, 1, &copies[2]);
+  }));
+  return table_bytes + group_bytes + mask_bytes;
+}
+
+world::Result<uint64_t> ShadowGrid::update(gpu::Device& device, const world::MaskVolume& opaque,
+                                           std::span<const world::LeafPos> dirty) {
+  std::vector<world::RegionPos> changed;
+  for (const world::LeafPos leaf : dirty) changed.push_back(world::region_from_leaf(leaf));
+  std::sort(changed.begin(), changed.end());
+  changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
+  // A region that is new, or has outgrown its room, moves everything.
+  uint64_t mask_count = 0;
+  for (const world::RegionPos pos : changed) {
+    const world::MaskRegion* region = opaque.region(pos);
+    if (!region) continue;
+    const auto place = places_.find(pos);
+    const uint32_t count = mixed_leaves(*region);
+    if (place == places_.end() || count > place->second.room) return rebuild(device, opaque);
+    mask_count += count;
+  }
+  std::erase_if(changed, [&](const world::RegionPos pos) { return !places_.contains(pos); });
+  if (changed.empty()) return uint64_t{0};
+
+  const uint64_t groups_bytes = changed.size() * kRegionWords * sizeof(uint32_t);
+  const uint64_t bytes = groups_bytes + mask_count * sizeof(world::LeafMask);
+  TRY(const gpu::Buffer staging,
+      gpu::make_buffer(device, bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, gpu::MemoryUse::upload));
+  std::vector<VkBufferCopy> group_copies, mask_copies;
+  uint64_t groups_at = 0, masks_at = groups_bytes;
+  const world::MaskRegion clear{};
+  for (const world::RegionPos pos : changed) {
+    const world::MaskRegion* region = opaque.region(pos);
+    const Place& place = places_.at(pos);
+    write_region(region ? *region : clear, place.first_mask, reinterpret_cast<uint32_t*>(staging.mapped() + groups_at),
+                 reinterpret_cast<world::LeafMask*>(staging.mapped() + masks_at));
+    constexpr uint64_t kBytes = kRegionWords * sizeof(uint32_t);
+    group_copies.push_back({groups_at, place.index * kBytes, kBytes});
+    groups_at += kBytes;
+    if (const uint64_t size = region ? mixed_leaves(*region) * sizeof(world::LeafMask) : 0) {
+      mask_copies.push_back({masks_at, place.first_mask * sizeof(world::LeafMask), size});
+      masks_at += size;
+    }
+  }
+  TRY_STATUS(device.run([&](VkCommandBuffer commands) {
+    vkCmdCopyBuffer(commands, staging.handle, groups_.handle, static_cast<uint32_t>(group_copies.size()),
+                    group_copies.data());
+    if (!mask_copies.empty())
+      vkCmdCopyBuffer(commands, staging.handle, masks_.handle, static_cast<uint32_t>(mask_copies.size()),
+                      mask_copies.data());
+  }));
+  return bytes;
+}
+
+}  // namespace render::raster

@@ -1,0 +1,42 @@
+/// The opaque voxels of a world on the device, for rays towards the sun: a hash table of regions; a region's 64 groups
+/// of 4^3 leaves; and 64 bytes a mixed leaf (see raster.shared.h). Clear and full leaves cost no mask.
+#pragma once
+
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "render/gpu/owned.h"
+#include "render/raster/raster.shared.h"
+#include "world/store/mask_volume.h"
+
+namespace render::raster {
+
+class ShadowGrid {
+ public:
+  world::Status open(gpu::Device& device);
+  /// Sends the whole volume.
+  world::Result<uint64_t> rebuild(gpu::Device& device, const world::MaskVolume& opaque);
+  /// Sends the regions that hold these leaves. Returns the bytes sent.
+  world::Result<uint64_t> update(gpu::Device& device, const world::MaskVolume& opaque,
+                                 std::span<const world::LeafPos> dirty);
+
+  const gpu::Buffer& regions() const { return regions_; }
+  const gpu::Buffer& groups() const { return groups_; }
+  const gpu::Buffer& masks() const { return masks_; }
+  world::RegionPos min_region() const { return min_; }
+  world::RegionPos max_region() const { return max_; }
+  uint32_t table_size() const { return table_size_; }
+
+ private:
+  struct Place {
+    uint32_t index = 0;                 // of the region in `groups`
+    uint32_t first_mask = 0, room = 0;  // masks that it may hold
+  };
+  gpu::Buffer regions_, groups_, masks_;
+  std::unordered_map<world::RegionPos, Place, world::PosHash> places_;
+  world::RegionPos min_{0, 0, 0}, max_{-1, -1, -1};
+  uint32_t table_size_ = 1;
+};
+
+}  // namespace render::raster

@@ -1,0 +1,125 @@
+/// The two backends draw the same picture: the bar of the project.
+#include <cmath>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "render/image/display.h"
+#include "render/raster/raster.h"
+#include "render/raycast/raycast.h"
+#include "tests/render/raster/small_worlds.h"
+
+namespace render {
+namespace {
+
+constexpr int kWidth = 1280, kHeight = 720;
+
+struct Agreement {
+  double fraction = 0;   // of pixels whose channels all differ by at most 1/255
+  int worst = 0;         // of 255
+  size_t scattered = 0;  // differing pixels with no differing neighbour
+};
+
+Agreement compare(const Image& a, const Image& b) {
+  const Image8 x = display_image(a, 0), y = display_image(b, 0);
+  Agreement result;
+  std::vector<bool> differs(x.pixels.size() / 3);
+  size_t same = 0;
+  for (size_t i = 0; i < differs.size(); ++i) {
+    int worst = 0;
+    for (size_t c = 0; c < 3; ++c) worst = std::max(worst, std::abs(x.pixels[3 * i + c] - y.pixels[3 * i + c]));
+    differs[i] = worst > 1;
+    same += worst <= 1;
+    result.worst = std::max(result.worst, worst);
+  }
+  result.fraction = static_cast<double>(same) / static_cast<double>(differs.size());
+  const size_t width = static_cast<size_t>(a.width);
+  for (size_t i = 0; i < differs.size(); ++i)
+    if (differs[i] && !(i >= 1 && differs[i - 1]) && !(i + 1 < differs.size() && differs[i + 1]) &&
+        !(i >= width && differs[i - width]) && !(i + width < differs.size() && differs[i + width]))
+      ++result.scattered;
+  return result;
+}
+
+class BackendsAgree : public testing::Test {
+ protected:
+  void SetUp() override {
+    auto made = make_raster({.validation = true});
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    raster_ = std::move(*made);
+    auto cast = make_raycast_backend();
+    ASSERT_TRUE(cast.ok()) << cast.error().message;
+    raycast_ = std::move(*cast);
+  }
+  void TearDown() override {
+    if (raster_) {
+      EXPECT_EQ(raster_->messages(), std::vector<std::string>{});
+    }
+  }
+
+  void expect_agreement(const world::World& w, const std::string& scene, const NamedCamera& view,
+                        const RenderKnobs& knobs = {}) {
+    const world::WorldView world_view(w);
+    auto drawn = raster_->render(world_view, view.camera, knobs, kWidth, kHeight);
+    ASSERT_TRUE(drawn.ok()) << drawn.error().message;
+    auto cast = raycast_->render(world_view, view.camera, knobs, kWidth, kHeight);
+    ASSERT_TRUE(cast.ok()) << cast.error().message;
+    const Agreement agreement = compare(drawn->image, cast->image);
+    std::printf("%-24s %-18s %.4f %% agree, worst difference %d, %zu lone pixels\n", scene.c_str(), view.name.c_str(),
+                100 * agreement.fraction, agreement.worst, agreement.scattered);
+    EXPECT_GE(agreement.fraction, 0.9995) << scene << ", " << view.name;
+  }
+
+  std::unique_ptr<RasterBackend> raster_;
+  std::unique_ptr<Backend> raycast_;
+};
+
+constexpr world::VoxelPos kFar{10'000'000, 0, -10'000'000};
+
+TEST_F(BackendsAgree, OnHills) {
+  const world::World w = hills();
+  for (const NamedCamera& view : hill_cameras()) expect_agreement(w, "hills", view);
+}
+
+TEST_F(BackendsAgree, OnHillsTenThousandKilometresFromTheOrigin) {
+  const world::World w = hills(kFar);
+  for (const size_t i : {0u, 2u}) expect_agreement(w, "hills far out", hill_cameras(kFar)[i]);
+}
+
+TEST_F(BackendsAgree, OnHillsWithinAViewDistance) {
+  const world::World w = hills();
+  RenderKnobs knobs;
+  knobs.view_distance = 60;
+  expect_agreement(w, "hills, 60 m", hill_cameras()[1], knobs);
+}
+
+TEST_F(BackendsAgree, OnHillsWithUnmergedFaces) {
+  const world::World w = hills();
+  RenderKnobs knobs;
+  knobs.merge_faces = false;
+  knobs.sealed_cavities = true;
+  expect_agreement(w, "hills, unmerged", hill_cameras()[2], knobs);
+}
+
+TEST_F(BackendsAgree, OnDust) {
+  const world::World w = dust();
+  expect_agreement(w, "dust", {"inside", camera_at({}, {0.2, 0.4, 0.3}, {0.5, 0.3, -0.8})});
+  expect_agreement(w, "dust", {"outside", camera_at({}, {90.2, 60.4, 100.3}, {-0.8, -0.5, -0.9})});
+}
+
+TEST_F(BackendsAgree, InARoomWithTheEyeAgainstTheWall) {
+  const world::World w = room();
+  for (const double gap : {1e-2, 1e-5, 1e-9, 0.0})
+    expect_agreement(w, "room", {fmt::format("gap {}", gap), camera_at({}, {6.5, 2.5, gap}, {1, -0.1, 0.2}, 90)});
+  expect_agreement(w, "room",
+                   {"a hair below 12", camera_at({}, {6.5, 2.5, std::nextafter(12.0, 0.0)}, {1, 0, 0.2}, 90)});
+}
+
+TEST_F(BackendsAgree, FromInsideABlock) {
+  const world::World w = hills();
+  expect_agreement(w, "hills", {"inside stone", camera_at({}, {10.5, 2.5, 20.5}, {0.3, 0.2, -1})});
+  expect_agreement(w, "hills", {"inside glass", camera_at({}, {-29.5, 20.5, 20.5}, {1, -0.3, -0.2})});
+}
+
+}  // namespace
+}  // namespace render
