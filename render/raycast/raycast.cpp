@@ -61,6 +61,7 @@ class Picture {
         opaque_(view.masks(MaskKind::opaque)),
         shading_(view.environment(), view.palette()),
         sun_(GridRay(camera.position, view.environment().sun_direction)),
+        in_bounds_(occupied_.in_bounds(camera.position.voxel)),
         inside_(occupied_.volume().test(camera.position.voxel)),
         image_(image) {}
 
@@ -135,10 +136,10 @@ class Picture {
     hit.direction = rays_.direction(x + 0.5, y + 0.5);
     if (beam.nothing) return;
     // The limit in t: the camera's rays have unit depth, not unit length.
-    double t_limit = knobs_.view_distance / glm::length(hit.direction);
+    double t_limit = std::min(knobs_.view_distance / glm::length(hit.direction), std::numeric_limits<double>::max());
     const GridAxes axes(GridRay(camera_, hit.direction));
     WalkPlace place{camera_.voxel, 0, -1};
-    if (!occupied_.clip(axes, place, t_limit)) return;
+    if (!in_bounds_ && !occupied_.clip(axes, place, t_limit)) return;
     if (beam.axis >= 0) {
       const double t = axes.t_at(beam.axis, beam.plane);
       if (!(t <= t_limit)) return;
@@ -173,8 +174,9 @@ class Picture {
     for (int a = 0; a < 3; ++a) axes.origin[a] = ray.voxel[a], axes.fraction[a] = ray.fraction[a];
     axes.settle_fractions();
     WalkPlace place{ray.voxel, 0, -1};
-    double t_limit = world::kInfinity;
-    return !opaque_.clip(axes, place, t_limit) || !opaque_.find(axes, place, t_limit);
+    double t_limit = std::numeric_limits<double>::max();
+    return (!opaque_.in_bounds(ray.voxel) && !opaque_.clip(axes, place, t_limit)) ||
+           !opaque_.find(axes, place, t_limit);
   }
 
   const world::WorldView& view_;
@@ -183,8 +185,9 @@ class Picture {
   const RenderKnobs& knobs_;
   MaskWalker occupied_, opaque_;
   Shading shading_;
-  GridAxes sun_;  // direction only
-  bool inside_;   // the camera is in a block
+  GridAxes sun_;    // direction only
+  bool in_bounds_;  // the camera is within the regions that hold anything
+  bool inside_;     // the camera is in a block
   Image& image_;
 };
 

@@ -11,6 +11,9 @@ using world::VoxelPos;
 
 namespace {
 
+/// A slab of more cells than this is not looked at: rays do better one by one.
+constexpr int64_t kMostCells = 64;
+
 /// Slopes of the pyramid against its axis: the extent at distance D along it is fraction + D * [low, high].
 struct Pyramid {
   int axis, other[2];
@@ -36,7 +39,15 @@ bool cell_clear(const MaskVolume& volume, int log2, VoxelPos v) {
   if (log2 == 7) return false;
   const world::LeafPos leaf = world::leaf_from_voxel(v);
   if (log2 == 5) return !(region->any_groups >> world::leaf_group(leaf) & 1);
-  return !region->leaf_any(leaf);
+  if (log2 == 3 || !region->leaf_any(leaf)) return !region->leaf_any(leaf);
+  if (region->leaf_full(leaf)) return false;
+  // 2^3 or 4^3 voxels of a mixed leaf.
+  const world::LeafMask& mask = region->leaf(leaf);
+  if (log2 == 0) return !mask.test(v);
+  const int x = v.x & 7, shift = (v.y & 7) * 8 + (v.z & 7);
+  const uint64_t pair = mask.word[x] | mask.word[x + 1];
+  if (log2 == 1) return (pair >> shift & 0x0303) == 0;
+  return ((pair | mask.word[x + 2] | mask.word[x + 3]) >> shift & 0x0f0f0f0f) == 0;
 }
 
 }  // namespace
@@ -83,7 +94,7 @@ TileBeam tile_beam(const world::MaskWalker& walker, const world::WorldPoint& cam
       beam = {p.axis, at, false};
     }
     bool passed = false;
-    for (const int log2 : {7, 5, 3}) {
+    for (const int log2 : {7, 5, 3, 2, 1, 0}) {
       const int32_t size = 1 << log2, cell = (p.upwards ? at : at - 1) & ~(size - 1);
       // Larger slabs only from their own near plane on, or from the start.
       const int32_t next = p.upwards ? cell + size : cell;
@@ -100,7 +111,7 @@ TileBeam tile_beam(const world::MaskWalker& walker, const world::WorldPoint& cam
       if (outside) return {p.axis, at, true};
       const int64_t wide = from[0] <= to[0] ? (to[0] >> log2) - (from[0] >> log2) + 1 : 0;
       const int64_t tall = from[1] <= to[1] ? (to[1] >> log2) - (from[1] >> log2) + 1 : 0;
-      if (wide * tall > 64) continue;
+      if (wide * tall > kMostCells) continue;
       bool clear = true;
       VoxelPos v;
       v[p.axis] = cell;

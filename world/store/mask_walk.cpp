@@ -6,7 +6,8 @@ namespace world {
 
 namespace mask_walk {
 
-int32_t settle_cell(const GridAxes& axes, int axis, double position, double t, int exit_axis, int32_t current) {
+int32_t settle_cell(const GridAxes& axes, int axis, double t, int exit_axis, int32_t current) {
+  const double position = axes.fraction[axis] + t * axes.direction[axis];
   const int32_t plane = axes.origin[axis] + static_cast<int32_t>(std::lround(position));
   const double t_plane = axes.t_at(axis, plane);
   const bool crossed = t_plane < t || (t_plane == t && axis < exit_axis);

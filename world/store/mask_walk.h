@@ -25,18 +25,26 @@ struct WalkPlace {
 namespace mask_walk {
 
 /// The voxel along `axis` (not exit_axis) once the ray has made the crossing (t, exit_axis). Never behind `current`.
-int32_t settle_cell(const GridAxes& axes, int axis, double position, double t, int exit_axis, int32_t current);
+int32_t settle_cell(const GridAxes& axes, int axis, double t, int exit_axis, int32_t current);
 
-inline int32_t cell_after(const GridAxes& axes, int axis, double t, int exit_axis, int32_t current) {
-  // 1.5 * 2^32 makes the low 52 bits of the sum a fixed point number with 20 bits of fraction, offset by 2^31.
-  constexpr double kFixedPoint = 0x1.8p32;
-  const double position = axes.fraction[axis] + t * axes.direction[axis];
-  const uint64_t fixed = std::bit_cast<uint64_t>(position + kFixedPoint);
-  // Within 2^-16 of a plane rounding may decide; position and plane t err by less than 2^-18 voxel within the world.
-  if (((fixed + 16) & 0xfffff) < 32) [[unlikely]]
-    return settle_cell(axes, axis, position, t, exit_axis, current);
+/// The position along an axis at t, relative to the start's voxel and offset by 2^31, as a fixed point number with 20
+/// bits of fraction (and the bits of a double's exponent above).
+inline uint64_t fixed_position(const GridAxes& axes, int axis, double t) {
+  constexpr double kFixedPoint = 0x1.8p32;  // its ulp is 2^-20
+  return std::bit_cast<uint64_t>(axes.fraction[axis] + t * axes.direction[axis] + kFixedPoint);
+}
+/// Within 2^-16 of a plane rounding may decide; position and plane t err by less than 2^-18 voxel within the world.
+inline bool near_a_plane(uint64_t fixed) { return ((fixed + 16) & 0xfffff) < 32; }
+inline int32_t cell_of(const GridAxes& axes, int axis, uint64_t fixed) {
   return static_cast<int32_t>(static_cast<uint32_t>(fixed >> 20) + 0x80000000u +
                               static_cast<uint32_t>(axes.origin[axis]));
+}
+
+inline int32_t cell_after(const GridAxes& axes, int axis, double t, int exit_axis, int32_t current) {
+  const uint64_t fixed = fixed_position(axes, axis, t);
+  if (near_a_plane(fixed)) [[unlikely]]
+    return settle_cell(axes, axis, t, exit_axis, current);
+  return cell_of(axes, axis, fixed);
 }
 
 /// Makes the crossing of `plane` along `axis` at t.
@@ -59,22 +67,27 @@ inline void cross(const GridAxes& axes, WalkPlace& place, int axis, double t, in
 }
 
 /// Leaves the aligned cube of size_mask + 1 voxels around the place. False: at t beyond t_limit.
+/// Without branches on the axis: which one it is can't be predicted, and three cells cost less than a wrong guess.
 inline bool leave_cube(const GridAxes& axes, WalkPlace& place, int32_t size_mask, double t_limit) {
   const int32_t size = size_mask + 1;
   const int32_t px = (place.voxel.x & ~size_mask) + (size & axes.upwards[0]);
   const int32_t py = (place.voxel.y & ~size_mask) + (size & axes.upwards[1]);
   const int32_t pz = (place.voxel.z & ~size_mask) + (size & axes.upwards[2]);
   const double tx = axes.t_at(0, px), ty = axes.t_at(1, py), tz = axes.t_at(2, pz);
-  if (tx <= ty && tx <= tz) {
-    if (!(tx <= t_limit)) return false;
-    cross<0>(axes, place, tx, px);
-  } else if (ty <= tz) {
-    if (!(ty <= t_limit)) return false;
-    cross<1>(axes, place, ty, py);
-  } else {
-    if (!(tz <= t_limit)) return false;
-    cross<2>(axes, place, tz, pz);
+  const double t_yz = ty <= tz ? ty : tz, t = tx <= t_yz ? tx : t_yz;
+  if (!(t <= t_limit)) return false;
+  const bool on_x = tx <= t_yz, on_y = !on_x & (ty <= tz), on_z = !on_x & !on_y;
+  const uint64_t fx = fixed_position(axes, 0, t), fy = fixed_position(axes, 1, t), fz = fixed_position(axes, 2, t);
+  const bool near_plane = (near_a_plane(fx) & !on_x) | (near_a_plane(fy) & !on_y) | (near_a_plane(fz) & !on_z);
+  if (near_plane) [[unlikely]] {
+    cross(axes, place, on_x ? 0 : on_y ? 1 : 2, t, on_x ? px : on_y ? py : pz);
+    return true;
   }
+  place.voxel.x = on_x ? px - 1 - axes.upwards[0] : cell_of(axes, 0, fx);
+  place.voxel.y = on_y ? py - 1 - axes.upwards[1] : cell_of(axes, 1, fy);
+  place.voxel.z = on_z ? pz - 1 - axes.upwards[2] : cell_of(axes, 2, fz);
+  place.t = t;
+  place.axis = on_y + 2 * on_z;
   return true;
 }
 
@@ -82,21 +95,27 @@ inline bool leave_cube(const GridAxes& axes, WalkPlace& place, int32_t size_mask
 inline bool pair_empty(uint64_t word, int bit) { return (word >> (bit & 42) & 0x00330033) == 0; }
 
 /// Size - 1 of the largest known empty aligned cube around the voxel; -1 where the voxel itself is set.
-inline int32_t empty_cube_mask(const MaskRegion* region, VoxelPos v) {
-  if (!region) return 127;
-  const int group = (v.x >> 5 & 3) << 4 | (v.y >> 5 & 3) << 2 | (v.z >> 5 & 3);
-  if (!(region->any_groups >> group & 1)) return pair_empty(region->any_groups, group) ? 63 : 31;
-  const int leaf = (v.x >> 3 & 3) << 4 | (v.y >> 3 & 3) << 2 | (v.z >> 3 & 3);
-  const uint64_t any = region->any[group];
-  if (!(any >> leaf & 1)) return pair_empty(any, leaf) ? 15 : 7;
-  if (region->full[group] >> leaf & 1) return -1;
-  const LeafMask& mask = region->masks[region->slot[index_in_region(leaf_from_voxel(v))]];
+inline int32_t empty_cube_in_leaf(const LeafMask& mask, VoxelPos v) {
   const int x = v.x & 7, y = v.y & 7, z = v.z & 7;
   if (mask.word[x] >> (y * 8 + z) & 1) return -1;
   const uint64_t pair = mask.word[x & 6] | mask.word[x | 1];
-  if (pair >> ((y & 6) * 8 + (z & 6)) & 0x0303) return 0;
   const uint64_t four = pair | mask.word[(x & 6) ^ 2] | mask.word[(x | 1) ^ 2];
-  return four >> ((y & 4) * 8 + (z & 4)) & 0x0f0f0f0f ? 1 : 3;
+  const int two_empty = (pair >> ((y & 6) * 8 + (z & 6)) & 0x0303) == 0;
+  const int four_empty = (four >> ((y & 4) * 8 + (z & 4)) & 0x0f0f0f0f) == 0;  // then two_empty too
+  return two_empty + 2 * four_empty;
+}
+
+/// The same from the region down. In a mixed leaf it only sets `leaf` and returns 0.
+inline int32_t empty_cube_mask(const MaskRegion* region, VoxelPos v, const LeafMask*& leaf) {
+  if (!region) return 127;
+  const int group = (v.x >> 5 & 3) << 4 | (v.y >> 5 & 3) << 2 | (v.z >> 5 & 3);
+  if (!(region->any_groups >> group & 1)) return pair_empty(region->any_groups, group) ? 63 : 31;
+  const int bit = (v.x >> 3 & 3) << 4 | (v.y >> 3 & 3) << 2 | (v.z >> 3 & 3);
+  const uint64_t any = region->any[group];
+  if (!(any >> bit & 1)) return pair_empty(any, bit) ? 15 : 7;
+  if (region->full[group] >> bit & 1) return -1;
+  leaf = &region->masks[region->slot[index_in_region(leaf_from_voxel(v))]];
+  return 0;
 }
 
 }  // namespace mask_walk
@@ -113,15 +132,27 @@ class MaskWalker {
   GridHit first_entered(const GridRay& ray) const;
   bool any_set(const GridRay& ray) const { return first_set(ray).hit(); }
 
-  /// From `place` to the first set voxel (its own included) before t_limit; false: none. The ray must not leave the
-  /// bounds before t_limit.
+  /// From `place` to the first set voxel (its own included) up to t_limit, which is finite; false: none. A place outside
+  /// the bounds must be one from which the ray does not enter them, see clip().
   bool find(const GridAxes& axes, WalkPlace& place, double t_limit) const {
     RegionPos at = region_from_voxel(place.voxel);
     const MaskRegion* region = volume_->region(at);
     for (;;) {
-      const int32_t size_mask = mask_walk::empty_cube_mask(region, place.voxel);
+      const LeafMask* leaf = nullptr;
+      const int32_t size_mask = mask_walk::empty_cube_mask(region, place.voxel, leaf);
       if (size_mask < 0) return true;
-      if (!mask_walk::leave_cube(axes, place, size_mask, t_limit)) return false;
+      if (!leaf) {
+        if (!region && !in_bounds(place.voxel)) return false;
+        if (!mask_walk::leave_cube(axes, place, size_mask, t_limit)) return false;
+      } else {
+        // Inside a mixed leaf no level above is asked.
+        const VoxelPos in = place.voxel;
+        do {
+          const int32_t within = mask_walk::empty_cube_in_leaf(*leaf, place.voxel);
+          if (within < 0) return true;
+          if (!mask_walk::leave_cube(axes, place, within, t_limit)) return false;
+        } while ((((place.voxel.x ^ in.x) | (place.voxel.y ^ in.y) | (place.voxel.z ^ in.z)) & ~7) == 0);
+      }
       const RegionPos next = region_from_voxel(place.voxel);
       if (next != at) at = next, region = volume_->region(at);
     }
@@ -129,6 +160,10 @@ class MaskWalker {
   /// Brings a place at the start of the ray to where it enters the bounds, and t_limit down to where it leaves them.
   /// False: it misses them.
   bool clip(const GridAxes& axes, WalkPlace& place, double& t_limit) const;
+
+  bool in_bounds(VoxelPos v) const {
+    return v.x >= low_[0] && v.x < high_[0] && v.y >= low_[1] && v.y < high_[1] && v.z >= low_[2] && v.z < high_[2];
+  }
 
   const MaskVolume& volume() const { return *volume_; }
   /// The planes that bound the regions that hold anything, by axis; equal where there are none.

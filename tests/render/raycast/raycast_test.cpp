@@ -1,6 +1,7 @@
 #include "render/raycast/raycast.h"
 
 #include <cstring>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -111,7 +112,14 @@ TEST(Raycast, EqualsTheFlatWalkPixelByPixel) {
       camera_at({}, -80.25, 90, 150, Vec3d(120, -75, -100)),   // from far outside
       camera_at({}, 48, 30, 48, Vec3d(0, 1, 0)),               // up into the sky
   };
+  std::vector<Camera> views(std::begin(cameras), std::end(cameras));
+  // Narrow fields of view, whose tiles are thinner than a voxel: beams go on to the last cubes before the surface.
   for (const Camera& camera : cameras)
+    for (const double fov : {0.2, 0.02}) {
+      views.push_back(camera);
+      views.back().vertical_fov = fov;
+    }
+  for (const Camera& camera : views)
     for (const SunShadow shadow : {SunShadow::none, SunShadow::ray}) {
       RenderKnobs knobs;
       knobs.sun_shadow = shadow;
