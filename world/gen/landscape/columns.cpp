@@ -42,6 +42,12 @@ int32_t smooth(int32_t t) {  // 3t^2 - 2t^3 on [0, 1] in 1/4096
   return ((t * t >> 12) * (3 * kNoiseOne - 2 * t)) >> 12;
 }
 
+/// |n| with a round bottom, so that ridges are crests and not needles.
+int32_t rounded_abs(int32_t n) {
+  constexpr int32_t kRound = kNoiseOne / 16;
+  return std::abs(n) >= kRound ? std::abs(n) : (n * n / kRound + kRound) / 2;
+}
+
 struct Line {
   std::array<int32_t, Columns::kSide> v;
   void fill(uint64_t seed, int cell_log2, int64_t x, int64_t z, int count) {
@@ -87,7 +93,7 @@ Result<Materials> Materials::from(const BlockPalette& palette) {
 int32_t Relief::valley_centre(int32_t valley, int32_t z) const {
   const int32_t wide = noise2(stream(seed_, kWander), 9, valley_row(valley, 9), z);
   const int32_t narrow = noise2(stream(seed_, kWander), 7, valley_row(valley, 7), z);
-  return (wide * 110 + narrow * 26) >> 4;
+  return (wide * 146 + narrow * 26) >> 4;
 }
 
 /// Lowers the ground to a bowl around the lake's centre, and leaves an island in it.
@@ -144,15 +150,15 @@ void Relief::row(int32_t x, int32_t z, int count, Row& out) const {
   for (int i = 0; i < count; ++i) {
     const size_t n = static_cast<size_t>(i);
     // How far up the valley's side: 0 on its floor, 1 in the mountains.
-    const int32_t centre = (wander_wide[i] * 110 + wander_narrow[i] * 26) >> 4;
-    const int32_t edge = 62 * kMetre + (width[i] * 30 >> 4);
+    const int32_t centre = (wander_wide[i] * 146 + wander_narrow[i] * 26) >> 4;
+    const int32_t edge = 66 * kMetre + (width[i] * 40 >> 4);
     const int32_t beside = std::abs(from_middle - centre) - edge;
     const int32_t rise = smooth(static_cast<int32_t>(int64_t{beside} * kNoiseOne / kSlopeWidth));
 
     // Ridges: sharp where noise crosses zero, and rough only where the coarser ridge is high.
     int32_t ridge = 0, weight = kNoiseOne, share = kNoiseOne / 2;
     for (int o = 0; o < kOctaves; ++o) {
-      const int32_t sharp = std::max(0, kNoiseOne - std::abs(ridges[o][i]) * 7 / 4);
+      const int32_t sharp = std::max(0, kNoiseOne - rounded_abs(ridges[o][i]) * 7 / 4);
       const int32_t squared = sharp * sharp >> 12;
       ridge += (squared * weight >> 12) * share >> 12;
       weight = std::min(kNoiseOne, squared * 3 / 2 + kNoiseOne / 8);
@@ -165,7 +171,7 @@ void Relief::row(int32_t x, int32_t z, int count, Row& out) const {
     int32_t height = floor + static_cast<int32_t>((int64_t{mountain} * rise) >> 12);
 
     // The river: a parabola, narrow at the bottom, under the water level.
-    const int32_t river = centre + ((meander_wide[i] * 34 + meander_narrow[i] * 9) >> 4);
+    const int32_t river = centre + ((meander_wide[i] * 62 + meander_narrow[i] * 10) >> 4);
     const int32_t bank = std::max(0, std::abs(from_middle - river) - 5 * kMetre);
     if (bank < 100 * kMetre) {
       const int32_t bed =
@@ -257,8 +263,8 @@ void Relief::cover(const Materials& m, const std::array<int32_t, Columns::kSide 
         ground.soil = 3;
       } else if (height < kWaterLevel + kMetre + (patch >> 4)) {
         ground = {patch > kNoiseOne / 2 ? m.gravel : m.sand, m.sand, 3};
-      } else if (height > 168 * kMetre + (patch >> 8) * kMetre && steep < kMetre * 3 / 2) {
-        ground = {m.snow, m.snow, static_cast<uint8_t>(height > 190 * kMetre ? 3 : 2)};
+      } else if (height > 158 * kMetre + (patch >> 8) * kMetre && steep < kMetre * 7 / 4) {
+        ground = {m.snow, m.snow, static_cast<uint8_t>(height > 180 * kMetre ? 3 : 2)};
       } else if (steep > kMetre * 5 / 4 || out.overhang[at] > 2 * kMetre) {
         // Bare rock; moss where it is damp.
         if (out.overhang[at] > 2 * kMetre && steep < kMetre && patch > 0) ground = {m.grass, m.dirt, 2};

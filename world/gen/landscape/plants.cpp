@@ -155,7 +155,7 @@ void draw_undergrowth(uint64_t seed, const Columns& columns, const Materials& m,
       const auto open = [&](BlockId ground_block) { return canvas.get(above + VoxelPos{0, -1, 0}) == ground_block; };
       if (shore) {
         const BlockId there = canvas.get(above);
-        if (percent >= 60 || !open(ground.top) || (canvas.contains(above) && there != kAir && there != m.water))
+        if (percent >= 45 || !open(ground.top) || (canvas.contains(above) && there != kAir && there != m.water))
           continue;
         const int height = kWaterTop + 3 - top + static_cast<int>(dice & 1);
         for (int y = 0; y < height - 1; ++y) canvas.put(above + VoxelPos{0, y, 0}, m.reed);
@@ -164,7 +164,7 @@ void draw_undergrowth(uint64_t seed, const Columns& columns, const Materials& m,
       if (!canvas.contains(above) || canvas.get(above) != kAir || !open(ground.top)) continue;
       if (ground.top == m.forest_floor) {
         if (percent < 4) canvas.put(above, m.fern);
-      } else if (flowers[z] > kNoiseOne / 4 && percent < 7) {
+      } else if (flowers[z] > kNoiseOne / 3 && percent < 4) {
         const BlockId kinds[] = {m.flower_red, m.flower_yellow, m.flower_blue, m.flower_white};
         canvas.put(above, kinds[(dice + static_cast<uint64_t>(columns.height[at] >> 10)) & 3]);
       } else if (meadow[z] > kNoiseOne / 4 && percent >= 90) {
