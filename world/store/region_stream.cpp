@@ -4,8 +4,8 @@
 
 #include <istream>
 #include <sstream>
-#include <streambuf>
 
+#include "world/base/span_stream.h"
 #include "world/store/tree.h"
 
 namespace world {
@@ -39,26 +39,6 @@ Int32Tree::Ptr int32_from_region(const RegionNode& node) {
   }
   return tree;
 }
-
-/// Reads a span without copying it.
-class SpanBuffer : public std::streambuf {
- public:
-  explicit SpanBuffer(std::span<const char> bytes) {
-    char* begin = const_cast<char*>(bytes.data());
-    setg(begin, begin, begin + bytes.size());
-  }
-
- protected:
-  pos_type seekoff(off_type offset, std::ios_base::seekdir from, std::ios_base::openmode) override {
-    char* base = from == std::ios_base::beg ? eback() : from == std::ios_base::cur ? gptr() : egptr();
-    if (offset < eback() - base || offset > egptr() - base) return pos_type(off_type(-1));
-    setg(eback(), base + offset, egptr());
-    return pos_type(gptr() - eback());
-  }
-  pos_type seekpos(pos_type pos, std::ios_base::openmode mode) override {
-    return seekoff(off_type(pos), std::ios_base::beg, mode);
-  }
-};
 
 Result<RegionBuilder> builder_from_int32(const Int32Tree& tree, RegionPos pos, size_t palette_size) {
   RegionBuilder builder(pos);
