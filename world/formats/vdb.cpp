@@ -219,7 +219,7 @@ Result<Loaded> load(std::span<const uint8_t> bytes, std::string_view name) {
   if (const Result<VdbFacts> header = read_header(bytes, name); !header) return header.error();
   initialize_openvdb();
   const TrialLimits limits{.memory_bytes = (uint64_t{2} << 30) + 16 * bytes.size(),
-                           .cpu_seconds = 5 + static_cast<unsigned>(bytes.size() >> 22)};
+                           .cpu_seconds = 2 + static_cast<unsigned>(bytes.size() >> 20)};
   const Status tried = try_in_child(limits, [&]() -> Status {
     const ThreadLimit one(1);  // the pool's threads are not in the child
     const Result<Loaded> loaded = load_here(bytes, name);
