@@ -35,65 +35,104 @@ double distance_to_box(const Vec3d& low, const Vec3d& high) {
   return glm::length(nearest);
 }
 
-struct Candidate {
-  const PooledChunk* chunk;
+struct SeenChunk {
+  PooledChunk* chunk;
   double distance;
   bool straddles;
-  uint8_t directions;  // bit: draw that direction
-  ChunkCorner corner;
+  Vec3d corner;  // relative to the camera
 };
+
+/// Fewer faces than this in the frustum cost less than the occlusion test.
+constexpr uint64_t kFewFaces = 16384;
 
 }  // namespace
 
-void cull(const FacePool& pool, const Camera& camera, const PixelRays& rays, double view_distance, DrawList& out) {
+void cull(FacePool& pool, const Camera& camera, const PixelRays& rays, double view_distance, bool may_test,
+          DrawList& out) {
   out.chunks.clear();
-  out.pages.resize(pool.pages());
-  for (auto& page : out.pages) page.clear();
-  out.faces = out.draws = 0;
-
+  out.draws.clear();
+  out.candidates.clear();
+  out.clusters.clear();
+  out.first_end.assign(pool.pages(), 0);
+  out.second_end.assign(pool.pages(), 0);
+  out.first_faces = 0;
   const Frustum frustum(rays);
-  std::vector<Candidate> seen;
-  for (const PooledChunk& chunk : pool.chunks()) {
+  const auto box_corner = [](const std::array<uint8_t, 3>& p) { return Vec3d(p[0], p[1], p[2]); };
+
+  // Chunks in the frustum, front to back.
+  std::vector<SeenChunk> seen;
+  for (PooledChunk& chunk : pool.chunks()) {
     const world::VoxelPos offset = chunk.origin - camera.position.voxel;
-    Candidate c{&chunk, 1e300, false, 0, {offset.x, offset.y, offset.z, 0}};
     const Vec3d corner = Vec3d(offset.x, offset.y, offset.z) - camera.position.fraction;
-    for (size_t d = 0; d < world::kFaces; ++d) {
-      const CornerBox& box = chunk.bounds[d];
-      if (chunk.first[d + 1] == chunk.first[d]) continue;
-      const Vec3d low = corner + Vec3d(box.min[0], box.min[1], box.min[2]);
-      const Vec3d high = corner + Vec3d(box.max[0], box.max[1], box.max[2]);
-      const int axis = world::face_axis(static_cast<int>(d));
-      // A face looks towards the camera where the camera lies on its outer side.
-      if (world::face_sign(static_cast<int>(d)) > 0 ? low[axis] >= 0 : high[axis] <= 0) continue;
-      const double distance = distance_to_box(low, high);
-      if (distance > view_distance) continue;
-      const Frustum::Side side = frustum.side(low, high);
-      if (side == Frustum::outside) continue;
-      c.distance = std::min(c.distance, distance);
-      c.straddles |= side == Frustum::straddling;
-      c.directions |= static_cast<uint8_t>(1 << d);
-    }
-    if (c.directions) seen.push_back(c);
+    const Vec3d low = corner + box_corner(chunk.box.min), high = corner + box_corner(chunk.box.max);
+    const double distance = distance_to_box(low, high);
+    if (distance > view_distance) continue;
+    const Frustum::Side side = frustum.side(low, high);
+    if (side != Frustum::outside) seen.push_back({&chunk, distance, side == Frustum::straddling, corner});
   }
-  std::sort(seen.begin(), seen.end(), [](const Candidate& a, const Candidate& b) {
-    if (a.straddles != b.straddles) return b.straddles;
-    if (a.distance != b.distance) return a.distance < b.distance;
-    return a.chunk->origin < b.chunk->origin;
+  std::sort(seen.begin(), seen.end(), [](const SeenChunk& a, const SeenChunk& b) {
+    return a.distance != b.distance ? a.distance < b.distance : a.chunk->origin < b.chunk->origin;
   });
 
-  for (const Candidate& c : seen) {
-    const uint32_t instance = static_cast<uint32_t>(out.chunks.size());
-    out.chunks.push_back(c.corner);
-    // Neighbouring directions lie together in memory: one draw for a run of them.
-    for (size_t d = 0; d < world::kFaces; ++d) {
-      if (!(c.directions >> d & 1)) continue;
-      const uint32_t first = c.chunk->first[d];
-      while (d + 1 < world::kFaces && (c.directions >> (d + 1) & 1)) ++d;
-      const uint32_t count = c.chunk->first[d + 1] - first;
-      out.pages[c.chunk->page].push_back({count * 6, 1, 0, static_cast<int32_t>(first * 4), instance});
-      out.faces += count;
-      ++out.draws;
+  // Their clusters in the frustum that look towards the camera.
+  uint64_t faces = 0;
+  std::vector<uint32_t> instances;  // of each cluster
+  for (const SeenChunk& s : seen) {
+    const size_t before = out.clusters.size();
+    for (FaceCluster& cluster : s.chunk->clusters) {
+      const Vec3d low = s.corner + box_corner(cluster.box.min), high = s.corner + box_corner(cluster.box.max);
+      const int axis = world::face_axis(cluster.direction);
+      if (world::face_sign(cluster.direction) > 0 ? low[axis] >= 0 : high[axis] <= 0) continue;
+      if (distance_to_box(low, high) > view_distance) continue;
+      if (s.straddles && frustum.side(low, high) == Frustum::outside) continue;
+      out.clusters.push_back(&cluster);
+      instances.push_back(static_cast<uint32_t>(out.chunks.size()));
+      faces += cluster.count;
     }
+    if (out.clusters.size() == before) continue;
+    const world::VoxelPos offset = s.chunk->origin - camera.position.voxel;
+    out.chunks.push_back({offset.x, offset.y, offset.z, static_cast<int32_t>(s.chunk->page)});
+  }
+  const bool test = may_test && faces > kFewFaces;
+
+  // First pass: a draw for each run of clusters that lie together in memory.
+  for (uint32_t page = 0; page < pool.pages(); ++page) {
+    const FaceCluster* last = nullptr;
+    for (size_t i = 0; i < out.clusters.size(); ++i) {
+      const FaceCluster& cluster = *out.clusters[i];
+      if (out.chunks[instances[i]].page != static_cast<int32_t>(page) || (test && !cluster.visible)) continue;
+      out.first_faces += cluster.count;
+      if (last && last->first + last->count == cluster.first && out.draws.back().firstInstance == instances[i])
+        out.draws.back().indexCount += cluster.count * 6;
+      else
+        out.draws.push_back({cluster.count * 6, 1, 0, static_cast<int32_t>(cluster.first * 4), instances[i]});
+      last = &cluster;
+    }
+    out.first_end[page] = static_cast<uint32_t>(out.draws.size());
+  }
+  if (!test) {
+    out.clusters.clear();
+    out.second_end.assign(pool.pages(), static_cast<uint32_t>(out.draws.size()));
+    return;
+  }
+
+  // Second pass: a draw a cluster, which the occlusion test turns on.
+  out.candidates.resize(out.clusters.size());
+  for (uint32_t page = 0; page < pool.pages(); ++page) {
+    for (size_t i = 0; i < out.clusters.size(); ++i) {
+      const FaceCluster& cluster = *out.clusters[i];
+      const ChunkCorner& corner = out.chunks[instances[i]];
+      if (corner.page != static_cast<int32_t>(page)) continue;
+      const CornerBox& box = cluster.box;
+      out.candidates[i] = {{corner.x + box.min[0], corner.y + box.min[1], corner.z + box.min[2]},
+                           -1,
+                           {corner.x + box.max[0], corner.y + box.max[1], corner.z + box.max[2]},
+                           0};
+      if (cluster.visible) continue;
+      out.candidates[i].draw = static_cast<int32_t>(out.draws.size());
+      out.draws.push_back({cluster.count * 6, 0, 0, static_cast<int32_t>(cluster.first * 4), instances[i]});
+    }
+    out.second_end[page] = static_cast<uint32_t>(out.draws.size());
   }
 }
 

@@ -5,6 +5,58 @@
 
 namespace render::raster {
 
+namespace {
+
+/// Cell of 16^3 voxels of the record's first voxel, along a Z curve: neighbours in the order are neighbours in space.
+uint32_t cell_of(const FaceRecord& record) {
+  const glm::uvec3 cell = face_voxel(record.word0) >> 4u;
+  uint32_t index = 0;
+  for (uint32_t bit = 0; bit < 2; ++bit)
+    index |=
+        (cell.x >> bit & 1) << (3 * bit) | (cell.y >> bit & 1) << (3 * bit + 1) | (cell.z >> bit & 1) << (3 * bit + 2);
+  return index;
+}
+
+CornerBox box_of(const FaceRecord& record) {
+  const glm::uvec3 low = face_corner(record.word0, record.word1, 0), high = face_corner(record.word0, record.word1, 2);
+  CornerBox box;
+  for (int a = 0; a < 3; ++a) {
+    box.min[static_cast<size_t>(a)] = static_cast<uint8_t>(std::min(low[a], high[a]));
+    box.max[static_cast<size_t>(a)] = static_cast<uint8_t>(std::max(low[a], high[a]));
+  }
+  return box;
+}
+
+/// Writes a chunk's records ordered by direction and cell, and cuts them into clusters.
+void write_clusters(const ExtractedChunk& source, PooledChunk& chunk, FaceRecord* out) {
+  uint32_t written = 0;
+  for (int direction = 0; direction < world::kFaces; ++direction) {
+    const auto records = source.of_direction(direction);
+    std::array<uint32_t, 65> start{};
+    for (const FaceRecord& r : records) ++start[cell_of(r) + 1];
+    for (size_t c = 0; c < 64; ++c) start[c + 1] += start[c];
+    std::array<uint32_t, 64> next;
+    std::copy(start.begin(), start.end() - 1, next.begin());
+    FaceRecord* const first = out + written;
+    for (const FaceRecord& r : records) first[next[cell_of(r)]++] = r;
+
+    // A cluster takes whole cells while they fit; a cell that is larger than a cluster is cut.
+    const uint32_t count = static_cast<uint32_t>(records.size());
+    for (uint32_t begin = 0; begin < count;) {
+      uint32_t end = begin;
+      for (size_t c = 0; c < 64 && start[c + 1] <= begin + kClusterRecords; ++c) end = std::max(end, start[c + 1]);
+      if (end <= begin) end = std::min(begin + kClusterRecords, count);
+      FaceCluster cluster{chunk.first + written + begin, end - begin, {}, static_cast<uint8_t>(direction), true};
+      for (uint32_t i = begin; i < end; ++i) cluster.box.include(box_of(first[i]));
+      chunk.clusters.push_back(cluster);
+      begin = end;
+    }
+    written += count;
+  }
+}
+
+}  // namespace
+
 void FacePool::clear() {
   pages_.clear();
   chunks_.clear();
@@ -13,7 +65,7 @@ void FacePool::clear() {
 
 void FacePool::release(const PooledChunk& chunk) {
   auto& free = pages_[chunk.page].free;
-  uint32_t first = chunk.first[0], count = chunk.first[world::kFaces] - first;
+  uint32_t first = chunk.first, count = chunk.count;
   const auto after = free.find(first + count);
   if (after != free.end()) {
     count += after->second;
@@ -49,7 +101,8 @@ world::Status FacePool::place(gpu::Device& device, uint32_t records, PooledChunk
       free.erase(it);
       if (count > records) free[first + records] = count - records;
       chunk.page = p;
-      chunk.first[0] = first;
+      chunk.first = first;
+      chunk.count = records;
       return {};
     }
   }
@@ -91,14 +144,13 @@ world::Result<uint64_t> FacePool::update(gpu::Device& device, std::span<const Ex
       PooledChunk& chunk = next[i];
       chunk.origin = source.origin;
       chunk.version = source.version;
-      chunk.bounds = source.bounds;
+      chunk.box = source.all_bounds;
       const uint32_t count = static_cast<uint32_t>(source.records.size());
       TRY_STATUS(place(device, count, chunk));
-      for (size_t f = 0; f <= world::kFaces; ++f) chunk.first[f] = chunk.first[0] + source.first[f];
       largest_ = std::max(largest_, count);
       const uint64_t bytes = count * sizeof(FaceRecord);
-      std::memcpy(staging.mapped() + at, source.records.data(), bytes);
-      copies.push_back({chunk.page, {at, uint64_t{chunk.first[0]} * sizeof(FaceRecord), bytes}});
+      write_clusters(source, chunk, reinterpret_cast<FaceRecord*>(staging.mapped() + at));
+      copies.push_back({chunk.page, {at, uint64_t{chunk.first} * sizeof(FaceRecord), bytes}});
       at += bytes;
     }
     TRY_STATUS(device.run([&](VkCommandBuffer commands) {

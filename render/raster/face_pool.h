@@ -1,7 +1,8 @@
-/// The faces of a world on the device: each chunk's records lie together, direction by direction, in a page of
-/// a storage buffer.
+/// The faces of a world on the device. A chunk's records lie together in a page of a storage buffer, direction by
+/// direction, and in each by place, so that a run of some hundred is a cluster with a small box: the unit of culling.
 ///
-///   page 0: [chunk a: -X | +X | -Y | +Y | -Z | +Z][chunk b: ...]...     pages of at most maxStorageBufferRange
+///   page 0: [chunk a: -X clusters | +X clusters | ... | +Z clusters][chunk b: ...]
+/// A page is at most maxStorageBufferRange.
 #pragma once
 
 #include <array>
@@ -14,12 +15,22 @@
 
 namespace render::raster {
 
+constexpr uint32_t kClusterRecords = 128;  // at most; a few thousand triangles cost as much as some draws
+
+struct FaceCluster {
+  uint32_t first = 0, count = 0;  // records of its page
+  CornerBox box;                  // relative to the chunk
+  uint8_t direction = 0;
+  bool visible = true;  // may have been seen in the last picture that looked at it
+};
+
 struct PooledChunk {
   world::VoxelPos origin;
   uint64_t version = 0;  // of the extracted chunk
   uint32_t page = 0;
-  std::array<uint32_t, world::kFaces + 1> first{};  // record of each direction in the page
-  std::array<CornerBox, world::kFaces> bounds;
+  uint32_t first = 0, count = 0;  // all records
+  CornerBox box;
+  std::vector<FaceCluster> clusters;  // by direction, then place; they fill [first, first + count) in order
 };
 
 class FacePool {
@@ -29,7 +40,9 @@ class FacePool {
   world::Result<uint64_t> update(gpu::Device& device, std::span<const ExtractedChunk* const> chunks);
   void clear();
 
-  const std::vector<PooledChunk>& chunks() const { return chunks_; }  // sorted by position
+  /// Sorted by position. Culling may set `visible` of clusters.
+  std::vector<PooledChunk>& chunks() { return chunks_; }
+  const std::vector<PooledChunk>& chunks() const { return chunks_; }
   size_t pages() const { return pages_.size(); }
   const gpu::Buffer& page(size_t index) const { return pages_[index].buffer; }
   /// No chunk has more records than this.

@@ -1,7 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Says which face a pixel sees. With exact edges the pixel's own ray is intersected with the face, so that coverage
-// doesn't depend on the 1/256 pixel grid of the rasterizer.
+// Says which face a pixel sees. With exact edges the pixel's own ray decides: it crosses the planes of the grid in the
+// order of (t, axis), as the ray caster does, and sees a face where it crosses the face's plane after it has entered the
+// face's rectangle and before it leaves. Every face works t out from the same integers, so a ray sees exactly one face
+// of a convex edge: no crack, no overlap, at merged faces too.
 #include "render/raster/raster.shared.h"
 
 layout(constant_id = kSpecExactEdges) const bool kExactEdges = true;
@@ -11,19 +13,24 @@ layout(location = 0) flat in uvec2 seen;
 layout(location = 1) flat in vec4 rectangle;
 layout(location = 0) out uvec2 seen_out;
 
+/// Whether a ray that crosses plane `a` at t_a and plane `b` at t_b crosses `a` first; a_first settles a tie.
+bool crosses_before(float t_a, float t_b, bool a_first) { return a_first ? t_a <= t_b : t_a < t_b; }
+
 void main() {
   if (kExactEdges) {
     const vec3 ray = picture.corner.xyz + gl_FragCoord.x * picture.step_x.xyz + gl_FragCoord.y * picture.step_y.xyz;
+    const vec3 inverse = 1.0 / ray;
     const uint axis = seen.x >> (kSeenFaceShift + 1u);
     const vec3 offsets = float(int(seen.y)) - picture.fraction.xyz - picture.fraction_rest.xyz;
-    const float offset = axis == 0u ? offsets.x : axis == 1u ? offsets.y : offsets.z;
-    const float along = axis == 0u ? ray.x : axis == 1u ? ray.y : ray.z;
-    const vec2 across = axis == 0u ? ray.zy : axis == 1u ? ray.zx : ray.yx;
-    const float t = offset / along;
-    const vec2 hit = t * across;
-    // Rounding error of the hit (about 1e-4 pixel): faces may overlap by that much, but never leave a crack.
-    const vec2 slack = abs(hit) * (2e-7 / abs(along) + 2e-7) + 2e-7 * t;
-    if (t <= 0.0 || any(lessThan(hit, rectangle.xy - slack)) || any(greaterThan(hit, rectangle.zw + slack))) discard;
+    const float t = axis == 0u ? offsets.x * inverse.x : axis == 1u ? offsets.y * inverse.y : offsets.z * inverse.z;
+    // u and v as in face_record.shared.h: z y of x faces, z x of y faces, y x of z faces.
+    const vec2 across = axis == 0u ? inverse.zy : axis == 1u ? inverse.zx : inverse.yx;
+    const vec2 t_low = rectangle.xy * across, t_high = rectangle.zw * across;
+    const vec2 t_enter = min(t_low, t_high), t_leave = max(t_low, t_high);
+    const bool u_first = axis == 2u, v_first = axis != 0u;  // the axis of u, of v comes before the face's own
+    if (!(t > 0.0) || !crosses_before(t_enter.x, t, u_first) || crosses_before(t_leave.x, t, u_first) ||
+        !crosses_before(t_enter.y, t, v_first) || crosses_before(t_leave.y, t, v_first))
+      discard;
   }
   seen_out = seen;
 }

@@ -1,10 +1,11 @@
 #include "render/raster/pipelines.h"
 
 #include <array>
-#include <span>
 
 #include "faces.frag.spv.h"
 #include "faces.vert.spv.h"
+#include "depth_tiles.comp.spv.h"
+#include "occlusion.comp.spv.h"
 #include "shade.comp.spv.h"
 
 namespace render::raster {
@@ -23,6 +24,7 @@ world::Result<gpu::Owned<VkShaderModule>> make_module(gpu::Device& device, std::
 VkDescriptorType binding_type(uint32_t binding) {
   if (binding == kBindPicture) return VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
   if (binding == kBindSeen) return VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
+  if (binding == kBindDepth) return VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE;
   return VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
 }
 
@@ -70,6 +72,8 @@ world::Status Pipelines::open(gpu::Device& device) {
   VkPipelineLayout layout_handle = VK_NULL_HANDLE;
   VK_CHECK(vkCreatePipelineLayout(device.handle(), &layout, nullptr, &layout_handle));
   layout_ = gpu::Owned<VkPipelineLayout>(device, layout_handle);
+  TRY(depth_tiles_, compute(depth_tiles_comp_spv, false));
+  TRY(occlusion_, compute(occlusion_comp_spv, false));
   return {};
 }
 
@@ -133,17 +137,21 @@ world::Result<VkPipeline> Pipelines::faces(FaceEdges edges) {
   return pipeline;
 }
 
-world::Result<VkPipeline> Pipelines::shade(SunShadow shadow) {
-  if (const auto found = shade_.find(shadow); found != shade_.end()) return VkPipeline{found->second};
-  TRY(const auto module, make_module(*device_, shade_comp_spv));
-  const Specialisation special(kSpecSunShadow, shadow == SunShadow::ray);
+world::Result<gpu::Owned<VkPipeline>> Pipelines::compute(std::span<const uint32_t> code, bool sun_shadow) {
+  TRY(const auto module, make_module(*device_, code));
+  const Specialisation special(kSpecSunShadow, sun_shadow);
   auto info = gpu::vk_info<VkComputePipelineCreateInfo>(VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO);
   info.stage = stage(VK_SHADER_STAGE_COMPUTE_BIT, module, special);
   info.layout = layout_;
   VkPipeline pipeline = VK_NULL_HANDLE;
   VK_CHECK(vkCreateComputePipelines(device_->handle(), VK_NULL_HANDLE, 1, &info, nullptr, &pipeline));
-  shade_[shadow] = gpu::Owned<VkPipeline>(*device_, pipeline);
-  return pipeline;
+  return gpu::Owned<VkPipeline>(*device_, pipeline);
+}
+
+world::Result<VkPipeline> Pipelines::shade(SunShadow shadow) {
+  if (const auto found = shade_.find(shadow); found != shade_.end()) return VkPipeline{found->second};
+  TRY(shade_[shadow], compute(shade_comp_spv, shadow == SunShadow::ray));
+  return VkPipeline{shade_[shadow]};
 }
 
 }  // namespace render::raster

@@ -1,7 +1,8 @@
-/// The rasterizer's two pipelines and their variants, and the one descriptor layout that all share.
+/// The rasterizer's pipelines and their variants, and the one descriptor layout that all share.
 #pragma once
 
 #include <map>
+#include <span>
 
 #include "render/gpu/owned.h"
 #include "render/knobs.h"
@@ -19,15 +20,20 @@ class Pipelines {
   /// Variants are made on first use.
   world::Result<VkPipeline> faces(FaceEdges edges);
   world::Result<VkPipeline> shade(SunShadow shadow);
+  VkPipeline depth_tiles() const { return depth_tiles_; }
+  VkPipeline occlusion() const { return occlusion_; }
   VkPipelineLayout layout() const { return layout_; }
   VkDescriptorSetLayout set_layout() const { return set_layout_; }
 
  private:
+  world::Result<gpu::Owned<VkPipeline>> compute(std::span<const uint32_t> code, bool sun_shadow);
+
   gpu::Device* device_ = nullptr;
   gpu::Owned<VkDescriptorSetLayout> set_layout_;
   gpu::Owned<VkPipelineLayout> layout_;
   std::map<FaceEdges, gpu::Owned<VkPipeline>> faces_;
   std::map<SunShadow, gpu::Owned<VkPipeline>> shade_;
+  gpu::Owned<VkPipeline> depth_tiles_, occlusion_;
 };
 
 }  // namespace render::raster

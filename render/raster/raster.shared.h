@@ -25,7 +25,16 @@ SHARED_CONST uint kBindRadiance = 5;   // float[3 * pixels]
 SHARED_CONST uint kBindRegions = 6;    // ivec4[]  shadow grid: hash table, region position and place + 1; 0: free
 SHARED_CONST uint kBindGroups = 7;     // uint[]   shadow grid: kGroupWords a group of 4^3 leaves, 64 groups a region
 SHARED_CONST uint kBindMasks = 8;      // uint[]   shadow grid: 16 words a mixed leaf
-SHARED_CONST uint kBindings = 9;
+SHARED_CONST uint kBindDepth = 9;      // texture  depth of the first pass
+SHARED_CONST uint kBindTiles = 10;     // float[]  farthest depth of each tile of pixels
+SHARED_CONST uint kBindCandidates =
+    11;                             // ivec4[2n] box of each cluster relative to the camera's voxel; w of the first: its
+                                    //          place in `draws`, or -1 where it is drawn already
+SHARED_CONST uint kBindDraws = 12;  // uint[]   indirect draws
+SHARED_CONST uint kBindVisible = 13;  // uint[]   1 for each candidate that may be seen
+SHARED_CONST uint kBindings = 14;
+
+SHARED_CONST uint kTilePixels = 8;  // a tile of the occlusion test is 8 x 8 pixels
 
 /// Faces nearer than this to the camera's plane are drawn at this distance, m. The near plane is nearer.
 SHARED_CONST float kNearestFace = 2e-5;

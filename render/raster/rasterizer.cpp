@@ -13,6 +13,11 @@ double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
+/// Timestamps: start, after the first faces, the occlusion test, the second faces, and the shading.
+constexpr uint32_t kTimes = 5;
+/// A near plane below this makes interpolated depth too coarse for the occlusion test, m.
+constexpr double kNearestForOcclusion = 0.005;
+
 /// Metres by which a camera on a plane of the grid is moved off it.
 constexpr double kOffPlane = 1e-12;
 
@@ -68,6 +73,22 @@ void image_barrier(VkCommandBuffer commands, VkImage image, VkImageAspectFlags a
   vkCmdPipelineBarrier2(commands, &info);
 }
 
+constexpr VkPipelineStageFlags2 kDepthStages =
+    VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT;
+
+void memory_barrier(VkCommandBuffer commands, VkPipelineStageFlags2 stage_from, VkAccessFlags2 access_from,
+                    VkPipelineStageFlags2 stage_to, VkAccessFlags2 access_to) {
+  auto barrier = gpu::vk_info<VkMemoryBarrier2>(VK_STRUCTURE_TYPE_MEMORY_BARRIER_2);
+  barrier.srcStageMask = stage_from;
+  barrier.srcAccessMask = access_from;
+  barrier.dstStageMask = stage_to;
+  barrier.dstAccessMask = access_to;
+  auto info = gpu::vk_info<VkDependencyInfo>(VK_STRUCTURE_TYPE_DEPENDENCY_INFO);
+  info.memoryBarrierCount = 1;
+  info.pMemoryBarriers = &barrier;
+  vkCmdPipelineBarrier2(commands, &info);
+}
+
 }  // namespace
 
 world::Result<std::unique_ptr<Rasterizer>> Rasterizer::make(const gpu::DeviceOptions& options) {
@@ -81,7 +102,7 @@ world::Status Rasterizer::open(const gpu::DeviceOptions& options) {
   TRY_STATUS(pipelines_.open(*device_));
   auto queries = gpu::vk_info<VkQueryPoolCreateInfo>(VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO);
   queries.queryType = VK_QUERY_TYPE_TIMESTAMP;
-  queries.queryCount = 3;
+  queries.queryCount = kTimes;
   VkQueryPool pool = VK_NULL_HANDLE;
   VK_CHECK(vkCreateQueryPool(device_->handle(), &queries, nullptr, &pool));
   times_ = gpu::Owned<VkQueryPool>(*device_, pool);
@@ -99,10 +120,15 @@ world::Status Rasterizer::fit_targets(int width, int height) {
   TRY(targets_.seen,
       gpu::make_image(*device_, extent, kSeenFormat, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_STORAGE_BIT,
                       VK_IMAGE_ASPECT_COLOR_BIT));
-  TRY(targets_.depth, gpu::make_image(*device_, extent, kDepthFormat, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT,
+  TRY(targets_.depth, gpu::make_image(*device_, extent, kDepthFormat,
+                                      VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT,
                                       VK_IMAGE_ASPECT_DEPTH_BIT));
   TRY(targets_.radiance, gpu::make_buffer(*device_, uint64_t{extent.width} * extent.height * sizeof(Rgb),
                                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::MemoryUse::readback));
+  const uint64_t tiles =
+      uint64_t{(extent.width + kTilePixels - 1) / kTilePixels} * ((extent.height + kTilePixels - 1) / kTilePixels);
+  TRY(targets_.tiles,
+      gpu::make_buffer(*device_, tiles * sizeof(float), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::MemoryUse::device));
   // Bands of a multiple of 64 rows start at multiples of 768 bytes, which suits every device's offset alignment.
   const uint64_t rows = device_->limits().maxStorageBufferRange / (sizeof(Rgb) * extent.width);
   targets_.band_rows = static_cast<uint32_t>(std::min<uint64_t>(rows / 64 * 64, 64 * 1024));
@@ -123,24 +149,26 @@ world::Status Rasterizer::fit_indices() {
   return {};
 }
 
-world::Status Rasterizer::fill(gpu::Buffer& buffer, const void* data, size_t bytes, VkBufferUsageFlags usage) {
+world::Status Rasterizer::fill(gpu::Buffer& buffer, const void* data, size_t bytes, VkBufferUsageFlags usage,
+                               gpu::MemoryUse use) {
   if (buffer.size < bytes || !buffer.handle) {
-    TRY(buffer, gpu::make_buffer(*device_, bytes + bytes / 2, usage, gpu::MemoryUse::upload));
+    TRY(buffer, gpu::make_buffer(*device_, bytes + bytes / 2, usage, use));
   }
-  if (bytes) std::memcpy(buffer.mapped(), data, bytes);
+  if (bytes && data) std::memcpy(buffer.mapped(), data, bytes);
   return {};
 }
 
 world::Status Rasterizer::write_sets() {
   const uint32_t bands = (static_cast<uint32_t>(targets_.height) + targets_.band_rows - 1) / targets_.band_rows;
-  const uint32_t sets = static_cast<uint32_t>(pool_.pages()) + bands;
+  const uint32_t sets = static_cast<uint32_t>(pool_.pages()) + bands;  // the occlusion test uses the first band's
   if (sets > descriptor_sets_) {
     const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, sets},
                                           {VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, sets},
+                                          {VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE, sets},
                                           {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, sets * kBindings}};
     auto info = gpu::vk_info<VkDescriptorPoolCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO);
     info.maxSets = sets;
-    info.poolSizeCount = 3;
+    info.poolSizeCount = 4;
     info.pPoolSizes = sizes;
     VkDescriptorPool pool = VK_NULL_HANDLE;
     VK_CHECK(vkCreateDescriptorPool(device_->handle(), &info, nullptr, &pool));
@@ -170,6 +198,16 @@ world::Status Rasterizer::write_sets() {
     w.pBufferInfo = &what;
     vkUpdateDescriptorSets(device_->handle(), 1, &w, 0, nullptr);
   };
+  const auto write_image = [&](VkDescriptorSet set, uint32_t binding, VkDescriptorType type, VkImageView view) {
+    const VkDescriptorImageInfo what{VK_NULL_HANDLE, view, VK_IMAGE_LAYOUT_GENERAL};
+    auto w = gpu::vk_info<VkWriteDescriptorSet>(VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET);
+    w.dstSet = set;
+    w.dstBinding = binding;
+    w.descriptorCount = 1;
+    w.descriptorType = type;
+    w.pImageInfo = &what;
+    vkUpdateDescriptorSets(device_->handle(), 1, &w, 0, nullptr);
+  };
   for (size_t page = 0; page < page_sets_.size(); ++page) {
     write(page_sets_[page], kBindPicture, picture_);
     write(page_sets_[page], kBindFaces, pool_.page(page));
@@ -186,41 +224,27 @@ world::Status Rasterizer::write_sets() {
     write(set, kBindRegions, shadow_grid_.regions());
     write(set, kBindGroups, shadow_grid_.groups());
     write(set, kBindMasks, shadow_grid_.masks());
-    const VkDescriptorImageInfo seen{VK_NULL_HANDLE, targets_.seen.view, VK_IMAGE_LAYOUT_GENERAL};
-    auto w = gpu::vk_info<VkWriteDescriptorSet>(VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET);
-    w.dstSet = set;
-    w.dstBinding = kBindSeen;
-    w.descriptorCount = 1;
-    w.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
-    w.pImageInfo = &seen;
-    vkUpdateDescriptorSets(device_->handle(), 1, &w, 0, nullptr);
+    write(set, kBindTiles, targets_.tiles);
+    write(set, kBindCandidates, candidates_);
+    write(set, kBindDraws, draws_);
+    write(set, kBindVisible, visible_);
+    write_image(set, kBindSeen, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, targets_.seen.view);
+    write_image(set, kBindDepth, VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE, targets_.depth.view);
   }
   return {};
 }
 
-void Rasterizer::record(VkCommandBuffer commands, VkPipeline faces, VkPipeline shade) {
-  constexpr VkPipelineStageFlags2 kDepthStages =
-      VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT;
-  vkCmdResetQueryPool(commands, times_, 0, 3);
-  image_barrier(commands, targets_.seen.handle, VK_IMAGE_ASPECT_COLOR_BIT, VK_IMAGE_LAYOUT_UNDEFINED,
-                VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, 0, VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
-                VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT);
-  image_barrier(commands, targets_.depth.handle, VK_IMAGE_ASPECT_DEPTH_BIT, VK_IMAGE_LAYOUT_UNDEFINED, kDepthStages,
-                VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT, kDepthStages,
-                VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT);
-  vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, times_, 0);
-
-  // Which face each pixel sees.
+void Rasterizer::record_faces(VkCommandBuffer commands, VkPipeline faces, bool second) {
   auto colour = gpu::vk_info<VkRenderingAttachmentInfo>(VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO);
   colour.imageView = targets_.seen.view;
   colour.imageLayout = VK_IMAGE_LAYOUT_GENERAL;
-  colour.loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR;  // 0: sees no face
+  colour.loadOp = second ? VK_ATTACHMENT_LOAD_OP_LOAD : VK_ATTACHMENT_LOAD_OP_CLEAR;  // 0: sees no face
   colour.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
   auto depth = gpu::vk_info<VkRenderingAttachmentInfo>(VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO);
   depth.imageView = targets_.depth.view;
   depth.imageLayout = VK_IMAGE_LAYOUT_GENERAL;
-  depth.loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR;
-  depth.storeOp = VK_ATTACHMENT_STORE_OP_DONT_CARE;
+  depth.loadOp = colour.loadOp;
+  depth.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
   depth.clearValue.depthStencil.depth = 0;  // reversed: infinitely far
   auto rendering = gpu::vk_info<VkRenderingInfo>(VK_STRUCTURE_TYPE_RENDERING_INFO);
   rendering.renderArea = {{0, 0}, targets_.seen.extent};
@@ -234,22 +258,52 @@ void Rasterizer::record(VkCommandBuffer commands, VkPipeline faces, VkPipeline s
   vkCmdSetScissor(commands, 0, 1, &rendering.renderArea);
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, faces);
   vkCmdBindIndexBuffer(commands, indices_.handle, 0, VK_INDEX_TYPE_UINT32);
-  VkDeviceSize offset = 0;
-  for (size_t page = 0; page < list_.pages.size(); ++page) {
-    const uint32_t count = static_cast<uint32_t>(list_.pages[page].size());
+  constexpr uint32_t kDrawBytes = sizeof(VkDrawIndexedIndirectCommand);
+  uint32_t draw = second && !list_.first_end.empty() ? list_.first_end.back() : 0;
+  const std::vector<uint32_t>& ends = second ? list_.second_end : list_.first_end;
+  for (size_t page = 0; page < ends.size(); ++page) {
     vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines_.layout(), 0, 1, &page_sets_[page], 0,
                             nullptr);
-    for (uint32_t first = 0; first < count;) {
-      const uint32_t some = std::min(count - first, device_->limits().maxDrawIndirectCount);
-      vkCmdDrawIndexedIndirect(commands, draws_.handle, offset, some, sizeof(VkDrawIndexedIndirectCommand));
-      offset += some * sizeof(VkDrawIndexedIndirectCommand);
-      first += some;
+    while (draw < ends[page]) {
+      const uint32_t some = std::min(ends[page] - draw, device_->limits().maxDrawIndirectCount);
+      vkCmdDrawIndexedIndirect(commands, draws_.handle, uint64_t{draw} * kDrawBytes, some, kDrawBytes);
+      draw += some;
     }
   }
   vkCmdEndRendering(commands);
-  vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, times_, 1);
+}
 
-  // From faces to radiance.
+void Rasterizer::record_occlusion(VkCommandBuffer commands) {
+  image_barrier(commands, targets_.depth.handle, VK_IMAGE_ASPECT_DEPTH_BIT, VK_IMAGE_LAYOUT_GENERAL, kDepthStages,
+                VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+                VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
+  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_.layout(), 0, 1, &band_sets_[0], 0,
+                          nullptr);
+  const auto tiles = [](int pixels) { return (static_cast<uint32_t>(pixels) + kTilePixels - 1) / kTilePixels; };
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_.depth_tiles());
+  vkCmdDispatch(commands, (tiles(targets_.width) + 15) / 16, (tiles(targets_.height) + 3) / 4, 1);
+  memory_barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
+                 VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_READ_BIT);
+  // The test writes into draws that the first pass may still read.
+  memory_barrier(commands, VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT, 0, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+                 VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
+  const uint32_t count = static_cast<uint32_t>(list_.candidates.size());
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_.occlusion());
+  vkCmdPushConstants(commands, pipelines_.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof count, &count);
+  vkCmdDispatch(commands, (count + 63) / 64, 1, 1);
+  memory_barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
+                 VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT | VK_PIPELINE_STAGE_2_HOST_BIT,
+                 VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT | VK_ACCESS_2_HOST_READ_BIT);
+  image_barrier(commands, targets_.depth.handle, VK_IMAGE_ASPECT_DEPTH_BIT, VK_IMAGE_LAYOUT_GENERAL,
+                VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, 0, kDepthStages,
+                VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT);
+  image_barrier(commands, targets_.seen.handle, VK_IMAGE_ASPECT_COLOR_BIT, VK_IMAGE_LAYOUT_GENERAL,
+                VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT,
+                VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
+                VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT);
+}
+
+void Rasterizer::record_shading(VkCommandBuffer commands, VkPipeline shade) {
   image_barrier(commands, targets_.seen.handle, VK_IMAGE_ASPECT_COLOR_BIT, VK_IMAGE_LAYOUT_GENERAL,
                 VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT,
                 VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_READ_BIT);
@@ -263,16 +317,34 @@ void Rasterizer::record(VkCommandBuffer commands, VkPipeline faces, VkPipeline s
     vkCmdDispatch(commands, (static_cast<uint32_t>(targets_.width) + kShadeGroup - 1) / kShadeGroup,
                   (rows + kShadeGroup - 1) / kShadeGroup, 1);
   }
-  vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, times_, 2);
-  auto to_host = gpu::vk_info<VkMemoryBarrier2>(VK_STRUCTURE_TYPE_MEMORY_BARRIER_2);
-  to_host.srcStageMask = VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT;
-  to_host.srcAccessMask = VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT;
-  to_host.dstStageMask = VK_PIPELINE_STAGE_2_HOST_BIT;
-  to_host.dstAccessMask = VK_ACCESS_2_HOST_READ_BIT;
-  auto info = gpu::vk_info<VkDependencyInfo>(VK_STRUCTURE_TYPE_DEPENDENCY_INFO);
-  info.memoryBarrierCount = 1;
-  info.pMemoryBarriers = &to_host;
-  vkCmdPipelineBarrier2(commands, &info);
+  memory_barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
+                 VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
+}
+
+void Rasterizer::record(VkCommandBuffer commands, VkPipeline faces, VkPipeline shade) {
+  const auto time = [&](uint32_t index) {
+    vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, times_, index);
+  };
+  vkCmdResetQueryPool(commands, times_, 0, kTimes);
+  image_barrier(commands, targets_.seen.handle, VK_IMAGE_ASPECT_COLOR_BIT, VK_IMAGE_LAYOUT_UNDEFINED,
+                VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, 0, VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
+                VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT);
+  image_barrier(commands, targets_.depth.handle, VK_IMAGE_ASPECT_DEPTH_BIT, VK_IMAGE_LAYOUT_UNDEFINED, kDepthStages,
+                VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT, kDepthStages,
+                VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT);
+  time(0);
+  record_faces(commands, faces, false);
+  time(1);
+  if (!list_.candidates.empty()) {
+    record_occlusion(commands);
+    time(2);
+    record_faces(commands, faces, true);
+  } else {
+    time(2);
+  }
+  time(3);
+  record_shading(commands, shade);
+  time(4);
 }
 
 world::Result<Frame> Rasterizer::draw(const Camera& placed, const world::Environment& environment,
@@ -291,7 +363,7 @@ world::Result<Frame> Rasterizer::draw(const Camera& placed, const world::Environ
   // A camera on a face's plane sees the face on its upper side, as a ray does.
   camera.position.fraction = glm::max(camera.position.fraction, Vec3d(kOffPlane));
   const PixelRays rays(camera, width, height);
-  cull(pool_, camera, rays, knobs.view_distance, list_);
+  cull(pool_, camera, rays, knobs.view_distance, near >= kNearestForOcclusion, list_);
   const double cull_ms = ms_since(cull_start);
 
   // What the shaders read.
@@ -301,10 +373,12 @@ world::Result<Frame> Rasterizer::draw(const Camera& placed, const world::Environ
   TRY_STATUS(fill(picture_, &constants, sizeof constants, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT));
   TRY_STATUS(fill(chunks_, list_.chunks.data(), list_.chunks.size() * sizeof(ChunkCorner),
                   VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
-  std::vector<VkDrawIndexedIndirectCommand> draws;
-  for (const auto& page : list_.pages) draws.insert(draws.end(), page.begin(), page.end());
-  TRY_STATUS(fill(draws_, draws.data(), draws.size() * sizeof(VkDrawIndexedIndirectCommand),
-                  VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT));
+  TRY_STATUS(fill(draws_, list_.draws.data(), list_.draws.size() * sizeof(VkDrawIndexedIndirectCommand),
+                  VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
+  TRY_STATUS(fill(candidates_, list_.candidates.data(), list_.candidates.size() * sizeof(Candidate),
+                  VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
+  TRY_STATUS(fill(visible_, nullptr, list_.candidates.size() * sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                  gpu::MemoryUse::readback));
   std::vector<vec4> materials;
   materials.reserve(shading.materials.size() * 2);
   for (const Shading::Material& m : shading.materials) {
@@ -316,8 +390,8 @@ world::Result<Frame> Rasterizer::draw(const Camera& placed, const world::Environ
   const double fill_ms = ms_since(fill_start);
 
   TRY_STATUS(device_->run([&](VkCommandBuffer commands) { record(commands, faces, shade); }));
-  uint64_t ticks[3] = {};
-  VK_CHECK(vkGetQueryPoolResults(device_->handle(), times_, 0, 3, sizeof ticks, ticks, sizeof ticks[0],
+  uint64_t ticks[kTimes] = {};
+  VK_CHECK(vkGetQueryPoolResults(device_->handle(), times_, 0, kTimes, sizeof ticks, ticks, sizeof ticks[0],
                                  VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
   const double tick_ms = device_->limits().timestampPeriod * 1e-6;
 
@@ -326,14 +400,31 @@ world::Result<Frame> Rasterizer::draw(const Camera& placed, const world::Environ
   frame.image = Image(width, height);
   const size_t bytes = frame.image.pixels.size() * sizeof(Rgb);
   std::memcpy(frame.image.pixels.data(), targets_.radiance.mapped(), bytes);
-  frame.report.faces_drawn = list_.faces;
+  // What the occlusion test said decides what the next picture draws first.
+  uint64_t second_faces = 0, second_draws = 0;
+  const auto* visible = reinterpret_cast<const uint32_t*>(visible_.mapped());
+  for (size_t i = 0; i < list_.candidates.size(); ++i) {
+    list_.clusters[i]->visible = visible[i] != 0;
+    if (!visible[i] || list_.candidates[i].draw < 0) continue;
+    second_faces += list_.clusters[i]->count;
+    ++second_draws;
+  }
+  const uint64_t first_draws = list_.first_end.empty() ? 0 : list_.first_end.back();
+  const auto pass = [&](const char* name, uint32_t from, uint64_t draws, uint64_t read) {
+    return PassReport{name, static_cast<double>(ticks[from + 1] - ticks[from]) * tick_ms, draws, read};
+  };
+  frame.report.faces_drawn = list_.first_faces + second_faces;
   frame.report.device = device_->name();
   frame.report.passes = {{"prepare", prepare_ms, 0, 0},
                          {"cull", cull_ms, 0, 0},
                          {"fill", fill_ms, 0, materials.size() * sizeof(vec4)},
-                         {"faces", static_cast<double>(ticks[1] - ticks[0]) * tick_ms, list_.draws, list_.faces * 8},
-                         {"shade", static_cast<double>(ticks[2] - ticks[1]) * tick_ms, 0, bytes},
-                         {"read_back", ms_since(read_start), 0, bytes}};
+                         pass("faces", 0, first_draws, list_.first_faces * sizeof(FaceRecord))};
+  if (!list_.candidates.empty()) {
+    frame.report.passes.push_back(pass("occlusion", 1, 0, list_.candidates.size() * sizeof(Candidate)));
+    frame.report.passes.push_back(pass("faces_uncovered", 2, second_draws, second_faces * sizeof(FaceRecord)));
+  }
+  frame.report.passes.push_back(pass("shade", 3, 0, bytes));
+  frame.report.passes.push_back({"read_back", ms_since(read_start), 0, bytes});
   frame.report.ms = ms_since(start);
   return frame;
 }

@@ -35,16 +35,20 @@ class Rasterizer {
   struct Targets {
     int width = 0, height = 0;
     gpu::DeviceImage seen, depth;
-    gpu::Buffer radiance;
+    gpu::Buffer radiance, tiles;
     uint32_t band_rows = 0;  // rows whose radiance fits one storage buffer binding
   };
   Rasterizer() = default;
   world::Status open(const gpu::DeviceOptions& options);
   world::Status fit_targets(int width, int height);
   world::Status fit_indices();
-  world::Status fill(gpu::Buffer& buffer, const void* data, size_t bytes, VkBufferUsageFlags usage);
+  world::Status fill(gpu::Buffer& buffer, const void* data, size_t bytes, VkBufferUsageFlags usage,
+                     gpu::MemoryUse use = gpu::MemoryUse::upload);
   world::Status write_sets();
   void record(VkCommandBuffer commands, VkPipeline faces, VkPipeline shade);
+  void record_faces(VkCommandBuffer commands, VkPipeline faces, bool second);
+  void record_occlusion(VkCommandBuffer commands);
+  void record_shading(VkCommandBuffer commands, VkPipeline shade);
 
   std::unique_ptr<gpu::Device> device_;  // first member: dies last
   Pipelines pipelines_;
@@ -55,7 +59,7 @@ class Rasterizer {
   uint32_t descriptor_sets_ = 0;
   std::vector<VkDescriptorSet> page_sets_, band_sets_;
   gpu::Owned<VkQueryPool> times_;
-  gpu::Buffer indices_, picture_, chunks_, draws_, materials_;
+  gpu::Buffer indices_, picture_, chunks_, draws_, materials_, candidates_, visible_;
   uint32_t indexed_records_ = 0;
   DrawList list_;
 };
