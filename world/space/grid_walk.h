@@ -115,9 +115,11 @@ inline GridRay ray_from_surface(const GridRay& ray, const GridHit& hit, const Ve
 ///   for (FlatWalk walk(ray); walk.inside(); walk.step()) visit(walk.voxel(), walk.t(), walk.face());
 class FlatWalk {
  public:
-  explicit FlatWalk(const GridRay& ray) : axes_(GridRay()) {
-    if (!ray.valid()) return;
-    start(ray);
+  explicit FlatWalk(const GridRay& ray)
+      : axes_(ray), voxel_(ray.voxel), t_max_(ray.t_max), inside_(ray.valid()), end_(WalkEnd::rejected) {
+    if (!inside_) return;
+    for (int a = 0; a < 3; ++a)
+      t_next_[a] = axes_.direction[a] == 0 ? kInfinity : axes_.t_at(a, voxel_[a] + (axes_.upwards[a] ? 1 : 0));
   }
   /// From the voxel of `from` to the voxel of `to` (floors of their coordinates), both included: exactly as many steps
   /// as the sum of the differences of their coordinates, whatever the rounding of t. t runs from 0 to 1.
@@ -153,14 +155,6 @@ class FlatWalk {
   }
 
  private:
-  void start(const GridRay& ray) {
-    axes_ = GridAxes(ray);
-    voxel_ = ray.voxel;
-    t_max_ = ray.t_max;
-    inside_ = true;
-    for (int a = 0; a < 3; ++a)
-      t_next_[a] = axes_.direction[a] == 0 ? kInfinity : axes_.t_at(a, voxel_[a] + (axes_.upwards[a] ? 1 : 0));
-  }
   void finish(WalkEnd end) {
     inside_ = false;
     end_ = end;
@@ -168,13 +162,13 @@ class FlatWalk {
 
   GridAxes axes_;
   VoxelPos voxel_;
-  double t_ = 0, t_max_ = 0;
+  double t_ = 0, t_max_;
   double t_next_[3] = {kInfinity, kInfinity, kInfinity};
   int64_t left_[3] = {-1, -1, -1};  // steps before the axis stops; negative: never
   uint64_t steps_ = 0;
   int face_ = kNoFace;
-  bool inside_ = false;
-  WalkEnd end_ = WalkEnd::rejected;
+  bool inside_;
+  WalkEnd end_;
 };
 
 /// The first voxel for which solid(voxel) holds, by the flat walk: the definition that faster walks must equal.
@@ -186,8 +180,7 @@ GridHit first_hit_flat(const GridRay& ray, Solid solid) {
   return {walk.end(), walk.voxel(), kNoFace, walk.t()};
 }
 
-/// Where the ray lies inside the box of corners [low, high] (voxel units, relative to `corner_origin`); t0 > t1:
-/// misses.
+/// Where the ray lies inside the box of corners [low, high], in voxels from the world's origin; t0 > t1: misses.
 struct RayInterval {
   double t0 = 1, t1 = 0;
   bool empty() const { return !(t0 <= t1); }

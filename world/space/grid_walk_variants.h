@@ -2,7 +2,7 @@
 /// the cheaper rules that other programs use. For measuring and for tests; nothing else walks by these.
 ///
 /// All take a FixedRay, whose numbers every method can hold exactly where its own format can hold them at all, and
-/// offer step(), cell(axis). None stops by itself.
+/// offer step(), cell(axis) and t(), where the last step's plane was crossed. None stops by itself.
 #pragma once
 
 #include <cmath>
@@ -50,6 +50,9 @@ class ExactWalk {
   }
   int32_t cell(int axis) const { return cell_[axis]; }
   int axis() const { return axis_; }  // of the last step
+  double t() const {
+    return static_cast<double>(n_[axis_] - (int64_t{1} << 32)) / static_cast<double>(d_[axis_]) * 0x1p-8;
+  }
   /// The next crossing of the axis, in double from the exact fraction.
   double t_next(int axis) const {
     return d_[axis] == 0 ? kInfinity : static_cast<double>(n_[axis]) / static_cast<double>(d_[axis]) * 0x1p-8;
@@ -85,12 +88,15 @@ class AccumulateWalk {
   }
   void step() {
     const int axis = next_[0] <= next_[1] ? (next_[0] <= next_[2] ? 0 : 2) : (next_[1] <= next_[2] ? 1 : 2);
+    t_ = next_[axis];
     cell_[axis] += step_[axis];
     next_[axis] += delta_[axis];
   }
   int32_t cell(int axis) const { return cell_[axis]; }
+  double t() const { return t_; }
 
  private:
+  Real t_ = 0;
   Real next_[3], delta_[3];
   int32_t cell_[3], step_[3];
 };
@@ -111,14 +117,16 @@ class RecomputeWalk {
   }
   void step() {
     const int axis = next_[0] <= next_[1] ? (next_[0] <= next_[2] ? 0 : 2) : (next_[1] <= next_[2] ? 1 : 2);
+    t_ = next_[axis];
     cell_[axis] += step_[axis];
     next_[axis] = t_at(axis);
   }
   int32_t cell(int axis) const { return cell_[axis]; }
+  double t() const { return t_; }
 
  private:
   Real t_at(int a) const { return (static_cast<Real>(cell_[a] + (step_[a] > 0 ? 1 : 0)) - origin_[a]) * inverse_[a]; }
-  Real origin_[3], inverse_[3], next_[3];
+  Real origin_[3], inverse_[3], next_[3], t_ = 0;
   int32_t cell_[3], step_[3];
 };
 
@@ -128,6 +136,7 @@ class DoubleWalk {
   explicit DoubleWalk(const FixedRay& ray) : walk_(ray.ray()) {}
   void step() { walk_.step(); }
   int32_t cell(int axis) const { return walk_.voxel()[axis]; }
+  double t() const { return walk_.t(); }
 
  private:
   FlatWalk walk_;
@@ -149,18 +158,20 @@ class FixedWalk {
   }
   void step() {
     const int axis = next_[0] <= next_[1] ? (next_[0] <= next_[2] ? 0 : 2) : (next_[1] <= next_[2] ? 1 : 2);
+    t_ = next_[axis];
     cell_[axis] += step_[axis];
     distance_[axis] += int64_t{1} << 32;
     next_[axis] = t_at(axis);
   }
   int32_t cell(int axis) const { return cell_[axis]; }
+  double t() const { return static_cast<double>(t_) * 0x1p-32; }
 
  private:
   int64_t t_at(int a) const {
     const __int128 t = static_cast<__int128>(distance_[a]) * inverse_[a] >> 32;
     return t > INT64_MAX ? INT64_MAX : static_cast<int64_t>(t);
   }
-  int64_t distance_[3], inverse_[3], next_[3];
+  int64_t distance_[3], inverse_[3], next_[3], t_ = 0;
   int32_t cell_[3], step_[3];
 };
 
