@@ -231,18 +231,33 @@ Result<CameraPlacement> scene_camera(const Scene& scene, const World& world, con
   if (!name.empty() && name != "overview")
     return usage_error(fmt::format("scene {}: there is no camera \"{}\"; the cameras are: {}", scene.name, name,
                                    names.empty() ? "overview" : fmt::format("{}", fmt::join(names, ", "))));
-  // Look at the middle from the south-east, from a third of a right angle above, far enough to see the bounding sphere.
   const VoxelBox box = world.store.bounds();
   CameraPlacement camera;
   camera.name = "overview";
-  camera.vertical_fov_deg = 40;
-  camera.forward = glm::normalize(Vec3d(-0.62, -0.52, -0.78));
   if (box.empty()) return camera;
   const WorldPoint corner{box.min, Vec3d(0.0)};
-  const Vec3d size(double(box.max.x) - box.min.x + 1, double(box.max.y) - box.min.y + 1,
-                   double(box.max.z) - box.min.z + 1);
-  const double distance = glm::length(size) / 2 / std::sin(camera.vertical_fov_deg / 2 * 3.14159265358979323846 / 180);
-  camera.position = corner + (0.5 * size - distance * 0.82 * camera.forward);
+  const Vec3d size = WorldPoint{box.max, Vec3d(1.0)} - corner;
+  const double widest = std::max(size.x, size.z);
+  if (size.y < 0.15 * widest) {
+    // A landscape: stand over its southern part, low enough that hills are seen against each other.
+    camera.vertical_fov_deg = 45;
+    const Vec3d above(0.5 * size.x + 0.16 * widest, size.y + 0.07 * widest, 0.5 * size.z + 0.34 * widest);
+    camera.position = corner + above;
+    camera.forward = glm::normalize(Vec3d(0.5 * size.x, 0.3 * size.y, 0.5 * size.z) - above);
+    return camera;
+  }
+  // A thing: from the south-east, as near as a picture of 16:9 still holds all eight corners of its box.
+  camera.vertical_fov_deg = 40;
+  camera.forward = glm::normalize(Vec3d(-0.62, -0.46, -0.78));
+  const Vec3d right = glm::normalize(glm::cross(camera.forward, Vec3d(0, 1, 0))), up = glm::cross(right, camera.forward);
+  const double tan_y = std::tan(camera.vertical_fov_deg / 2 * 3.14159265358979323846 / 180) * 0.94, tan_x = tan_y * 16 / 9;
+  double distance = 0;
+  for (int i = 0; i < 8; ++i) {
+    const Vec3d c = Vec3d((i & 1) - 0.5, (i >> 1 & 1) - 0.5, (i >> 2) - 0.5) * size;
+    const double depth = glm::dot(c, camera.forward);
+    distance = std::max({distance, std::abs(glm::dot(c, right)) / tan_x - depth, std::abs(glm::dot(c, up)) / tan_y - depth});
+  }
+  camera.position = corner + (0.5 * size - distance * camera.forward);
   return camera;
 }
 
