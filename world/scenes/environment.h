@@ -14,7 +14,8 @@ struct Environment {
   Irradiance3 sun_irradiance{560.0f, 520.0f, 450.0f};             // W/m^2 on a surface that faces the sun
   Radiance3 sky_zenith{14.0f, 26.0f, 52.0f};
   Radiance3 sky_horizon{42.0f, 52.0f, 64.0f};
-  Radiance3 sky_ground{26.0f, 32.0f, 38.0f};  // haze over land, and the light that it sends up
+  Radiance3 sky_ground{
+      40.0f, 48.0f, 57.0f};  // sunlit land of albedo 1/4 in haze: what lies beyond a world, and the light it sends up
 };
 
 }  // namespace world

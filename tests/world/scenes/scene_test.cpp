@@ -1,0 +1,139 @@
+#include "world/scenes/scene.h"
+
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include "tests/support.h"
+#include "world/scenes/effects.h"
+
+namespace world {
+namespace {
+
+Result<Scene> scene_of(const std::string& text) {
+  TemporaryFolder folder;
+  std::ofstream(folder / "a.toml") << text;
+  return load_scene((folder / "a.toml").string());
+}
+
+std::string error_of(const std::string& text) {
+  const auto scene = scene_of(text);
+  return scene.ok() ? "" : scene.error().message;
+}
+
+constexpr const char* kSmall = "[world]\ngenerator = \"flat\"\nsize = [16, 16, 16]\n";
+
+TEST(EveryScene, LoadsHasACameraAndSaysWhatItShows) {
+  EXPECT_FALSE(scene_names().empty());
+  for (const std::string& name : scene_names()) {
+    const auto scene = load_scene(name);
+    ASSERT_TRUE(scene.ok()) << scene.error().message;
+    EXPECT_FALSE(scene->what.empty()) << name;
+    EXPECT_FALSE(scene->cameras.empty()) << name;
+    for (const CameraPlacement& camera : scene->cameras) EXPECT_NEAR(glm::length(camera.forward), 1, 1e-12) << name;
+    EXPECT_NEAR(glm::length(scene->environment.sun_direction), 1, 1e-12) << name;
+  }
+}
+
+TEST(Scene, ErrorsNameFileLineColumnAndWhatWasExpected) {
+  EXPECT_NE(error_of("[world]\ngenerator = \"flat\"\n").find("size"), std::string::npos);
+  EXPECT_NE(error_of("what = \"x\"\n").find("[world]"), std::string::npos);
+  EXPECT_NE(error_of(std::string(kSmall) + "[sun]\nirradiance = [1, -2, 3]\n").find(":5:"), std::string::npos);
+  EXPECT_NE(
+      error_of(std::string(kSmall) + "[[camera]]\nname = \"a\"\nposition = [1, 2, 3]\nfov_deg = 180\n").find("fov_deg"),
+      std::string::npos);
+  EXPECT_NE(error_of(std::string(kSmall) + "[[camera]]\nname = \"a\"\nposition = [1, 2, 3]\nlook_at = [1, 2, 3]\n")
+                .find("look_at"),
+            std::string::npos);
+  EXPECT_NE(error_of(std::string(kSmall) + "offset = [100, 0, 0]\n").find("128"), std::string::npos);
+  EXPECT_NE(error_of("[world]\ngenerator = \"flat\"\nfile = \"x.vox\"\nsize = [1, 1, 1]\n").find("either"),
+            std::string::npos);
+}
+
+TEST(Scene, AFillOfAnUnknownBlockSuggestsTheNearest) {
+  const auto scene = scene_of(std::string(kSmall) + "[[fill]]\nmin = [0,0,0]\nmax = [1,1,1]\nblock = \"stoen\"\n");
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  ImportReport report;
+  const auto world = build_world(*scene, report);
+  ASSERT_FALSE(world.ok());
+  EXPECT_NE(world.error().message.find("\"stone\""), std::string::npos) << world.error().message;
+}
+
+TEST(Scene, AnUnknownGeneratorOrParameterIsAnError) {
+  for (const char* text : {"[world]\ngenerator = \"flatt\"\nsize = [8, 8, 8]\n",
+                           "[world]\ngenerator = \"flat\"\nsize = [8, 8, 8]\n[world.parameters]\nhieght = 3\n"}) {
+    const auto scene = scene_of(text);
+    ASSERT_TRUE(scene.ok()) << scene.error().message;
+    ImportReport report;
+    EXPECT_FALSE(build_world(*scene, report).ok()) << text;
+  }
+}
+
+TEST(Scene, AnOffsetMovesWorldFillsAndCamerasByExactlyThat) {
+  const std::string rest =
+      "[[fill]]\nmin = [3, 3, 3]\nmax = [3, 9, 3]\nblock = \"lamp_warm\"\n"
+      "[[camera]]\nname = \"a\"\nposition = [1.25, 2.5, 3.75]\nyaw_deg = 90\n";
+  const auto here = scene_of(std::string(kSmall) + rest),
+             far = scene_of(std::string(kSmall) + "offset = [10000000, -1280, 16777216]\n" + rest);
+  ASSERT_TRUE(here.ok() && far.ok()) << far.error().message;
+  ImportReport report;
+  const auto a = build_world(*here, report), b = build_world(*far, report);
+  ASSERT_TRUE(a.ok() && b.ok());
+  const VoxelPos offset{10'000'000, -1280, 16'777'216};
+  EXPECT_EQ(b->store.bounds().min, a->store.bounds().min + offset);
+  EXPECT_EQ(a->store.census(), b->store.census());
+  EXPECT_EQ(b->store.get(VoxelPos{3, 5, 3} + offset), *b->palette->find("lamp_warm"));
+  EXPECT_EQ(far->cameras[0].position.voxel, here->cameras[0].position.voxel + offset);
+  EXPECT_EQ(far->cameras[0].position.fraction, here->cameras[0].position.fraction);
+  EXPECT_NEAR(far->cameras[0].forward.x, 1, 1e-12);
+}
+
+TEST(Scene, TheOverviewCameraSeesAllCornersOfAThing) {
+  World world(standard_blocks());
+  EditBatch batch;
+  batch.fill({{100, 50, -300}, {140, 120, -280}}, 1);
+  ASSERT_TRUE(world.store.apply(batch).ok());
+  const auto camera = scene_camera(Scene{}, world, "");
+  ASSERT_TRUE(camera.ok());
+  const Vec3d right = glm::normalize(glm::cross(camera->forward, Vec3d(0, 1, 0))),
+              up = glm::cross(right, camera->forward);
+  const double tan_y = std::tan(camera->vertical_fov_deg / 2 * 3.14159265358979 / 180);
+  for (int i = 0; i < 8; ++i) {
+    const Vec3d to = WorldPoint::from(i & 1 ? 100 : 141, i & 2 ? 50 : 121, i & 4 ? -300 : -279) - camera->position;
+    const double depth = glm::dot(to, camera->forward);
+    EXPECT_GT(depth, 0);
+    EXPECT_LT(std::abs(glm::dot(to, up)), depth * tan_y);
+    EXPECT_LT(std::abs(glm::dot(to, right)), depth * tan_y * 16 / 9);
+  }
+}
+
+TEST(HardCaseX2, AWorldCallsOnlyForTheEffectsThatItsBlocksNeed) {
+  World world(standard_blocks());
+  const auto called = [&](const std::string& name) {
+    for (const EffectCall& effect : called_effects(world))
+      if (effect.name == name) return effect.called_for;
+    ADD_FAILURE() << "no effect " << name;
+    return false;
+  };
+  EditBatch stone;
+  stone.set({0, 0, 0}, *world.palette->find("stone"));
+  ASSERT_TRUE(world.store.apply(stone).ok());
+  for (const char* name : {"block_light", "transmission", "proxies", "liquid", "granular", "gas", "fire"})
+    EXPECT_FALSE(called(name)) << name;
+  EditBatch more;
+  more.set({1, 0, 0}, *world.palette->find("lamp_warm"));
+  more.set({2, 0, 0}, *world.palette->find("water"));
+  ASSERT_TRUE(world.store.apply(more).ok());
+  EXPECT_TRUE(called("block_light"));
+  EXPECT_TRUE(called("liquid"));
+  EXPECT_FALSE(called("granular"));
+  // Taking them out again takes the effects out.
+  EditBatch out;
+  out.fill({{1, 0, 0}, {2, 0, 0}}, kAir);
+  ASSERT_TRUE(world.store.apply(out).ok());
+  EXPECT_FALSE(called("block_light"));
+  EXPECT_FALSE(called("liquid"));
+}
+
+}  // namespace
+}  // namespace world
