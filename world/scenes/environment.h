@@ -8,14 +8,14 @@ namespace world {
 
 /// A directional sun, and a hemisphere sky whose radiance goes linearly with the cosine from the zenith:
 ///   L(w) = horizon + (zenith - horizon) * w.y   for w.y >= 0,   L(w) = ground   below.
-/// Linear in w.y, so that the irradiance of each voxel face has a closed form (render/sky.h).
+/// Linear in w.y, so that the irradiance of each voxel face has a closed form (render/shading.h).
 struct Environment {
   Vec3d sun_direction = glm::normalize(Vec3d(0.45, 0.72, 0.36));  // towards the sun, unit length
   Irradiance3 sun_irradiance{560.0f, 520.0f, 450.0f};             // W/m^2 on a surface that faces the sun
   Radiance3 sky_zenith{14.0f, 26.0f, 52.0f};
   Radiance3 sky_horizon{42.0f, 52.0f, 64.0f};
-  Radiance3 sky_ground{
-      40.0f, 48.0f, 57.0f};  // sunlit land of albedo 1/4 in haze: what lies beyond a world, and the light it sends up
+  // Sunlit land of albedo 1/4 in haze: what lies beyond a world, and the light that it sends up.
+  Radiance3 sky_ground{40.0f, 48.0f, 57.0f};
 };
 
 }  // namespace world
