@@ -157,7 +157,7 @@ class HeaderWalk {
     const uint64_t allowed = std::max(kSmallBytes, part.method.expansion * size);
     const auto bytes = [&](int64_t w, int64_t h) { return static_cast<uint64_t>(w * h * part.bytes_per_pixel); };
     uint64_t blocks = static_cast<uint64_t>((part.height + part.method.rows - 1) / part.method.rows);
-    bool too_much = bytes(part.width, part.height) > allowed || bytes(part.width, part.method.rows) > 16 * allowed;
+    bool too_much = bytes(part.width, part.height) > allowed || bytes(part.width, part.method.rows) > allowed;
     if (tiled || part.tile_width || part.tile_height) {
       constexpr int64_t kMaxTile = 1 << 14;
       if (part.tile_width < 1 || part.tile_height < 1 || part.tile_width > kMaxTile || part.tile_height > kMaxTile) {
@@ -166,7 +166,7 @@ class HeaderWalk {
       }
       blocks = static_cast<uint64_t>((part.width + part.tile_width - 1) / part.tile_width *
                                      ((part.height + part.tile_height - 1) / part.tile_height));
-      too_much |= bytes(part.width + part.tile_width, part.tile_height) > 16 * allowed;
+      too_much |= bytes(part.width + part.tile_width, part.tile_height) > allowed;
     }
     if (too_much || blocks * 8 > size) return refuse("which this file cannot hold");
     return {};

@@ -39,6 +39,7 @@ void on_png_warning(png_structp, png_const_charp) {}
 struct Reader {
   const std::vector<uint8_t>& bytes;
   size_t position = 0;
+  size_t stored_row_bytes = 0;  // before palettes and few bits are expanded
   PngFailure failure;
   png_structp png = nullptr;
   png_infop info = nullptr;
@@ -71,6 +72,7 @@ bool read_header(Reader& reader) {
   png_set_chunk_cache_max(reader.png, kMaxTextChunks);
   png_set_chunk_malloc_max(reader.png, kMaxTextBytes);
   png_read_info(reader.png, reader.info);
+  reader.stored_row_bytes = png_get_rowbytes(reader.png, reader.info);
   png_set_expand(reader.png);
   png_set_interlace_handling(reader.png);
   png_read_update_info(reader.png, reader.info);
@@ -172,6 +174,25 @@ Status check_keys(const std::filesystem::path& path, const PictureText& text) {
   return {};
 }
 
+/// Every chunk must lie inside the file: libpng allocates by the length that a chunk claims.
+Status check_chunks(const std::string& name, const std::vector<uint8_t>& bytes) {
+  size_t at = 8;
+  for (bool end = false; !end;) {
+    if (bytes.size() - at < 12) {
+      return input_error(fmt::format("{}: byte {}: the file ends without its IEND chunk; expected a whole PNG picture",
+                                     name, bytes.size()));
+    }
+    const uint64_t length = png_get_uint_32(bytes.data() + at);
+    if (length > bytes.size() - at - 12) {
+      return input_error(fmt::format("{}: byte {}: a chunk claims {} bytes, {} are left; expected a whole PNG picture",
+                                     name, at, length, bytes.size() - at - 12));
+    }
+    end = std::memcmp(bytes.data() + at + 4, "IEND", 4) == 0;
+    at += 12 + length;
+  }
+  return {};
+}
+
 Result<PngFile> decode(const std::string& name, const std::vector<uint8_t>& bytes) {
   const auto broken = [&](const Reader& reader) {
     return input_error(fmt::format("{}: byte {} of {}: {}; expected a whole PNG picture", name, reader.position,
@@ -181,6 +202,7 @@ Result<PngFile> decode(const std::string& name, const std::vector<uint8_t>& byte
     return input_error(
         fmt::format("{}: is not a PNG picture: expected its signature in the first 8 bytes of {}", name, bytes.size()));
   }
+  TRY_STATUS(check_chunks(name, bytes));
   Reader reader(bytes);
   if (!reader.png || !reader.info) return input_error(name + ": cannot read: libpng did not start");
   if (!read_header(reader)) return broken(reader);
@@ -192,9 +214,8 @@ Result<PngFile> decode(const std::string& name, const std::vector<uint8_t>& byte
   const uint64_t row_bytes = png_get_rowbytes(reader.png, reader.info);
   file.channels = png_get_channels(reader.png, reader.info);
   file.bits = png_get_bit_depth(reader.png, reader.info);
-  // 24 = 1-bit palette to RGB; interlaced pictures add at most one filter byte a row and pass.
   if (width * height > static_cast<uint64_t>(kMaxPicturePixels) ||
-      row_bytes * height / 24 > kDeflateExpansion * bytes.size()) {
+      reader.stored_row_bytes * height > kDeflateExpansion * bytes.size()) {
     return input_error(
         fmt::format("{}: byte 16: claims {} x {} pixels, which {} bytes cannot hold or which is more than {} pixels",
                     name, width, height, bytes.size(), kMaxPicturePixels));

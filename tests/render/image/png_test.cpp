@@ -146,7 +146,7 @@ TEST(Png, CompressedAndLatin1TextIsRead) {
   const world::TemporaryFolder folder;
   Bytes png = hand_made_png(1, 1, 8, 0, {3});
   Bytes end(png.end() - 12, png.end());
-  png.resize(png.size() - 12);
+  png.erase(png.end() - 12, png.end());
   put_chunk(png, "tEXt", {'A', 'u', 't', 'h', 'o', 'r', 0, 'R', 0xe9, 'm', 'i'});
   Bytes packed = {'L', 'o', 'n', 'g', 0, 0};
   const std::string value(3000, 'z');
@@ -201,6 +201,16 @@ TEST(Png, HugeClaimedSizesAreRefusedBeforeMemoryIsTaken) {
     ASSERT_FALSE(file.ok()) << w << " x " << h;
     EXPECT_NE(file.error().message.find("huge.png"), std::string::npos);
   }
+}
+
+TEST(Png, AChunkThatClaimsMoreThanTheFileHasIsRefusedAtItsOffset) {
+  Bytes png = hand_made_png(1, 1, 8, 0, {3});
+  const size_t data_chunk = 8 + 12 + 13;
+  png[data_chunk] = 0x70;  // the highest byte of the length of IDAT
+  const auto file = decode_png("long.png", png);
+  ASSERT_FALSE(file.ok());
+  EXPECT_NE(file.error().message.find("long.png: byte 33: a chunk claims 1879048"), std::string::npos)
+      << file.error().message;
 }
 
 TEST(Png, WrongKindsOfFileAreNamedAsSuch) {
