@@ -9,13 +9,15 @@
 // up to y = -1. The inside is solid stone (tiles of 8^3, which cost nothing), down to at least depth_voxels below the
 // lowest ground; the floor is rounded down to a multiple of 8 for that reason.
 //
-// What lies on top follows height, slope and latitude; a rough picture of what grows there, not data:
-//   sea floor, beach        sand                    up to 4 m and nearly flat
-//   steep                   granite, stone          slope above 1.0 / 0.7
-//   above the snow line     snow                    at 5000 m - 50 m per degree of latitude (2900 m in the Pyrenees,
-//                                                   2600 m in the Alps), +- 120 m
-//   below it, 700 m         scree, dry_grass        above the tree line
-//   else                    grass, forest_floor     in patches
+// What lies on top follows height, slope and latitude; a rough picture of what grows there in late spring, not data:
+//   steep                 granite, stone           slope above 1.1 / 0.85
+//   sea floor, beach      sand                     beach: up to 4 m and nearly flat, in tiles that hold sea
+//   above the snow line   snow                     at 4500 m - 50 m per degree of latitude (2400 m in the Pyrenees,
+//                                                  2200 m in the Alps), +- 150 m
+//   up to 300 m below     scree, dry_grass
+//   up to 700 m below     dry_grass, grass         alpine meadows
+//   up to 1700 m below    pine_needles, grass      woods, seen from above, with clearings
+//   else                  grass, pine_needles      fields and woods
 #include "world/formats/hgt.h"
 
 #include <algorithm>
@@ -36,7 +38,7 @@ constexpr int kMaxVoxelsHigh = 1 << 16;
 
 /// The blocks of the surface, by name where the standard blocks have it, else the nearest thing.
 struct Ground {
-  BlockId stone, granite, scree, gravel, dirt, grass, dry_grass, forest_floor, sand, snow, water;
+  BlockId stone, granite, scree, gravel, dirt, grass, dry_grass, woods, sand, snow, water;
 
   static BlockId find(const BlockPalette& palette, std::initializer_list<const char*> names) {
     for (const char* name : names) {
@@ -52,7 +54,7 @@ struct Ground {
         dirt(find(palette, {"dirt", "stone"})),
         grass(find(palette, {"grass", "dirt"})),
         dry_grass(find(palette, {"dry_grass", "grass"})),
-        forest_floor(find(palette, {"forest_floor", "podzol", "grass"})),
+        woods(find(palette, {"pine_needles", "moss", "grass"})),
         sand(find(palette, {"sand", "gravel"})),
         snow(find(palette, {"snow", "fresh_snow"})),
         water(find(palette, {"water"})) {}
@@ -81,6 +83,7 @@ struct Plan {
   int64_t size_x = 0, size_z = 0;  // voxels
   int floor = 0, top = 0;          // y of the lowest and highest ground voxel
   double snow_line = 0;            // m
+  bool has_sea = false;            // the tile holds heights of 0
 
   /// Metres above the sea at the middle of a column; columns outside repeat the edge.
   double height(int64_t x, int64_t z) const {
@@ -110,26 +113,34 @@ struct Column {
 };
 
 Column make_column(const Plan& plan, const Ground& blocks, int64_t x, int64_t z, double h, double slope) {
-  Column column{.ground = plan.ground(h), .surface = blocks.grass, .soil = blocks.dirt, .sea = h <= 0};
   const double east = static_cast<double>(x) * plan.metres, south = static_cast<double>(z) * plan.metres;
-  const double level = h + 120 * patches(east, south, 1500, 1) + 40 * patches(east, south, 300, 2);
-  if (column.sea || (h < 4 && slope < 0.05)) {
-    column.surface = column.soil = blocks.sand;
-  } else if (slope > 1.0) {
-    column.surface = column.soil = blocks.granite;
-  } else if (level > plan.snow_line) {
-    column.surface = blocks.snow;
-    column.soil = blocks.stone;
-  } else if (slope > 0.7) {
-    column.surface = column.soil = blocks.stone;
-  } else if (level > plan.snow_line - 700) {
-    const bool bare = slope > 0.45 || level > plan.snow_line - 250;
-    column.surface = bare ? blocks.scree : blocks.dry_grass;
-    column.soil = bare ? blocks.gravel : blocks.dirt;
-  } else if (patches(east, south, 900, 3) + 0.5 * patches(east, south, 200, 4) > 0.1) {
-    column.surface = blocks.forest_floor;
+  // Patches of some metres, but never so small that voxels alternate.
+  const auto noise = [&](double metres, uint64_t stream) {
+    return patches(east, south, std::max(metres, 6 * plan.metres), stream);
+  };
+  const double below_snow = plan.snow_line - (h + 110 * noise(1500, 1) + 40 * noise(300, 2));
+  const double woods = noise(900, 3) + 0.5 * noise(200, 4);
+  BlockId surface, soil = blocks.dirt;
+  if (h <= 0 || (plan.has_sea && h < 4 && slope < 0.05)) {
+    surface = soil = blocks.sand;
+  } else if (slope > 1.1) {
+    surface = soil = blocks.granite;
+  } else if (below_snow < 0) {
+    surface = blocks.snow, soil = blocks.stone;
+  } else if (slope > 0.85) {
+    surface = soil = blocks.stone;
+  } else if (below_snow < 300) {
+    const bool bare = slope > 0.3 || below_snow < 120;
+    surface = bare ? blocks.scree : blocks.dry_grass;
+    soil = bare ? blocks.gravel : blocks.dirt;
+  } else if (below_snow < 700) {
+    surface = woods > 0.1 ? blocks.grass : blocks.dry_grass;
+  } else if (below_snow < 1700) {
+    surface = woods > -0.5 ? blocks.woods : blocks.grass;
+  } else {
+    surface = woods > 0.3 ? blocks.woods : woods < -0.7 ? blocks.dry_grass : blocks.grass;
   }
-  return column;
+  return {.ground = plan.ground(h), .surface = surface, .soil = soil, .sea = h <= 0};
 }
 
 /// All regions of one 128 x 128 square of columns.
@@ -154,7 +165,7 @@ std::vector<RegionBuilder> build_square(const Plan& plan, const Ground& blocks, 
       highest = std::max({highest, column.ground, column.sea ? -1 : column.ground});
     }
   }
-  const int soil_depth = std::clamp(static_cast<int>(std::lround(3 / plan.metres)), 1, 8);
+  const int soil_depth = std::clamp(static_cast<int>(std::lround(3 / plan.metres)), 0, 8);
   std::vector<RegionBuilder> built;
   for (int ry = plan.floor >> kRegionLog2; ry <= highest >> kRegionLog2; ++ry) {
     RegionBuilder region({region_x, ry, region_z});
@@ -233,7 +244,7 @@ Result<Plan> make_plan(const Elevation& elevation, const std::string& name, cons
   }
   plan.size_x = static_cast<int64_t>(size_x);
   plan.size_z = static_cast<int64_t>(size_z);
-  plan.snow_line = std::clamp(5000 - 50 * std::abs(latitude), 300.0, 5000.0);
+  plan.snow_line = std::clamp(4500 - 50 * std::abs(latitude), 300.0, 4500.0);
 
   double lowest = INT32_MAX, highest = INT32_MIN;
   for (int row = w.row; row < w.row + w.height; ++row) {
@@ -286,7 +297,8 @@ Result<World> world_from_elevation(Elevation elevation, const std::string& name,
                                    ImportReport& report) {
   const ElevationFacts facts = facts_of(elevation);
   TRY(const uint64_t filled, fill_voids(elevation, name));
-  TRY(const Plan plan, make_plan(elevation, name, options));
+  TRY(Plan plan, make_plan(elevation, name, options));
+  plan.has_sea = facts.zeros > 0;
   add_facts(elevation, facts, filled, plan, report);
   if (filled) report.warnings.push_back(fmt::format("{} voids were filled from their neighbours", filled));
 
