@@ -96,8 +96,9 @@ Status generate(Store& store, const Generator& generator, const VoxelBox& box) {
   std::mutex adopting;
   parallel_for(static_cast<size_t>(nx * ny * nz), [&](size_t i) {
     const int64_t n = static_cast<int64_t>(i);
-    const RegionPos pos{low.x + static_cast<int32_t>(n / (ny * nz)), low.y + static_cast<int32_t>(n / nz % ny),
-                        low.z + static_cast<int32_t>(n % nz)};
+    // Regions above each other come one after the other: generators may keep what they share.
+    const RegionPos pos{low.x + static_cast<int32_t>(n / (ny * nz)), low.y + static_cast<int32_t>(n % ny),
+                        low.z + static_cast<int32_t>(n / ny % nz)};
     RegionBuilder region(pos);
     generator.generate(region);
     const VoxelPos first = voxel_from_region(pos), last = first + VoxelPos{127, 127, 127};

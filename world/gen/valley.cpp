@@ -1,5 +1,7 @@
 // A landscape to walk in: mountains with caves, overhangs and ores, a valley with a river and a lake, woods, meadows,
 // reeds on the shore, and here and there a lamp-lit cabin behind its fence.
+#include <atomic>
+
 #include "world/gen/generator.h"
 #include "world/gen/landscape/canvas.h"
 #include "world/gen/landscape/columns.h"
@@ -18,6 +20,18 @@ struct Settings {
   bool caves, homesteads;
 };
 
+/// What a thread keeps from region to region: half a megabyte of columns, a few of leaves.
+struct Workspace {
+  Columns columns;
+  uint64_t columns_of = 0;  // the generator that filled them; regions above each other share theirs
+  Canvas canvas;
+};
+
+uint64_t next_identity() {
+  static std::atomic<uint64_t> last{0};
+  return ++last;
+}
+
 class Valley : public Generator {
  public:
   Valley(uint64_t seed, const Settings& settings, const Materials& materials)
@@ -29,11 +43,16 @@ class Valley : public Generator {
   void generate(RegionBuilder& region) const override {
     const int32_t y0 = voxel_from_region(region.pos()).y;
     if (y0 > kHighestGround + kRegionSize) return;  // nothing grows that high
-    // Half a megabyte of columns and a few of leaves: kept by each thread.
-    thread_local Columns columns;
-    thread_local Canvas canvas;
+    thread_local Workspace workspace;
+    Columns& columns = workspace.columns;
+    Canvas& canvas = workspace.canvas;
     canvas.reset(region.pos());
-    if (y0 >= 0) relief_.columns(region.pos(), materials_, columns);
+    if (y0 >= 0) {
+      const bool there =
+          workspace.columns_of == identity_ && columns.x0 == canvas.origin.x && columns.z0 == canvas.origin.z;
+      if (!there) relief_.columns(region.pos(), materials_, columns);
+      workspace.columns_of = identity_;
+    }
     terrain_.fill(columns, canvas);
     if (y0 >= 0) {
       std::vector<Homestead> homesteads;
@@ -46,6 +65,7 @@ class Valley : public Generator {
   }
 
  private:
+  uint64_t identity_ = next_identity();
   Settings settings_;
   Materials materials_;
   Relief relief_;

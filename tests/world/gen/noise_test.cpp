@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "world/base/random.h"
+#include "world/base/simd.h"
 
 namespace world {
 namespace {
@@ -86,14 +87,32 @@ TEST(Noise, OtherSeedsGiveOtherNoise) {
   EXPECT_LT(same, 100);
 }
 
-/// The values of 4096 points hashed: any other compiler, level or machine must give these bits.
-TEST(Noise, HasTheSameBitsOnEveryMachine) {
-  uint64_t h = 0;
-  for (int x = 0; x < 64; ++x)
-    for (int z = 0; z < 64; ++z)
-      h = hash_combine(h, static_cast<uint64_t>(noise2(1, 5, x * 7, z * 5 - 300)) ^
-                              static_cast<uint64_t>(noise3(1, 5, 4, x * 7, x - z, z * 5 - 300)) << 20);
-  EXPECT_EQ(h, 0x6170d2a4cfb16243ull) << std::hex << h;
+/// The values of 4096 points hashed: any other compiler, machine or SIMD level must give these bits.
+TEST(Noise, HasTheSameBitsOnEveryMachineAndSimdLevel) {
+  for (const SimdLevel& level : simd_levels()) {
+    const SimdChoice choice(level);
+    uint64_t h = 0;
+    std::vector<int32_t> flat(64), deep(64);
+    for (int x = 0; x < 64; ++x) {
+      noise2_row(1, 5, x * 7, -300, 5, 64, flat.data());
+      noise3_row(1, 5, 4, x * 7, x - 9, -300, 5, 64, deep.data());
+      for (int z = 0; z < 64; ++z)
+        h = hash_combine(h, static_cast<uint64_t>(flat[z]) ^ static_cast<uint64_t>(deep[z]) << 20);
+    }
+    EXPECT_EQ(h, 0x53d876d2af0f4ca1ull) << level.name << ' ' << std::hex << h;
+  }
+}
+
+TEST(Noise, RowsOfAnyLengthStepAndCellEndWhereTheyShould) {
+  std::vector<int32_t> row(40);
+  for (const int cell_log2 : {1, 3, 12, 13, 24})
+    for (const int step : {1, 3, 4, 100})
+      for (int count = 0; count < 36; ++count) {
+        std::fill(row.begin(), row.end(), 12345678);
+        noise2_row(9, cell_log2, 77, -50, step, count, row.data());
+        for (int i = 0; i < count; ++i) ASSERT_EQ(row[i], noise2(9, cell_log2, 77, -50 + int64_t{i} * step));
+        ASSERT_EQ(row[count], 12345678);
+      }
 }
 
 }  // namespace

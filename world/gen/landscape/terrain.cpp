@@ -77,40 +77,67 @@ Terrain::Terrain(const Relief& relief, const Materials& materials, bool caves)
 
 /// Negative in caves. Two noises vanish together along curves: tunnels; a third makes them wide or closes them.
 void Terrain::cave_row(int64_t x, int32_t y, int64_t z, int count, int32_t* out) const {
+  constexpr int32_t kWidest = 600, kFar = 700;  // in the units of noise: a tunnel's radius, and where it has no say
   int32_t a[Lattice::kSide], b[Lattice::kSide], chambers[Lattice::kSide], rough[Lattice::kSide];
   noise3_row(stream(seed_, kTunnelA), 7, 6, x, y, z, Lattice::kStep, count, a);
   noise3_row(stream(seed_, kTunnelB), 7, 6, x, y, z, Lattice::kStep, count, b);
+  bool any = false;
+  for (int i = 0; i < count; ++i) {
+    const int32_t squared = a[i] * a[i] + b[i] * b[i];
+    out[i] = (squared - kFar * kFar / 4) >> 4;
+    any |= squared < kFar * kFar;
+  }
+  if (!any) return;
   noise3_row(stream(seed_, kChambers), 6, 5, x, y, z, Lattice::kStep, count, chambers);
   noise3_row(stream(seed_, kRough), 4, 4, x, y, z, Lattice::kStep, count, rough);
   const int32_t floor = std::max(0, 12 - y) * 24;
   for (int i = 0; i < count; ++i) {
+    if (a[i] * a[i] + b[i] * b[i] >= kFar * kFar) continue;  // by each point alone: rows of any length agree
     const int32_t na = a[i] + (rough[i] >> 6), nb = b[i];
-    const int32_t radius = std::min(130 + chambers[i] / 6, 600) - floor;
+    const int32_t radius = std::min(130 + chambers[i] / 6, kWidest) - floor;
     out[i] = ((na * na + nb * nb) >> 4) + (radius > 0 ? -(radius * radius >> 4) : kNoiseOne);
   }
 }
 
+namespace {
+
+/// The least and greatest height, in metres, of the columns whose voxels read a lattice plane; of those with overhangs
+/// alone, where asked for. low > high where there are none.
+struct Heights {
+  int32_t low = INT32_MAX, high = INT32_MIN;
+};
+Heights heights_around(const Columns& columns, int x, bool overhanging) {
+  Heights heights;
+  for (int near = x - 3; near <= x + 3; ++near)
+    for (int z = -3; z < kRegionSize + 3; ++z) {
+      const size_t at = static_cast<size_t>(Columns::index(near, z));
+      if (overhanging && columns.overhang[at] == 0) continue;
+      heights.low = std::min(heights.low, columns.height[at] >> 8);
+      heights.high = std::max(heights.high, columns.height[at] >> 8);
+    }
+  return heights;
+}
+
+}  // namespace
+
 /// False where the region has none.
 bool Terrain::make_caves(const Columns& columns, int32_t y0, Lattice& out) const {
-  int32_t highest = 0;
-  for (const int32_t h : columns.height) highest = std::max(highest, h);
-  const int levels = std::clamp((highest / kMetre + kMaxOverhang - y0) / Lattice::kStep + 3, 0, Lattice::kSide);
   bool any = false;
-  for (int x = 0; x < Lattice::kSide; ++x)
-    for (int y = 0; y < Lattice::kSide; ++y) {
+  for (int x = 0; x < Lattice::kSide; ++x) {
+    const int32_t high = heights_around(columns, x * Lattice::kStep, false).high;
+    const int levels = std::clamp((high + kMaxOverhang - y0) / Lattice::kStep + 3, 0, Lattice::kSide);
+    std::fill(out.row(x, levels, 0), out.row(x, Lattice::kSide, 0), kNoCave);
+    for (int y = 0; y < levels; ++y) {
       int32_t* row = out.row(x, y, 0);
-      if (y >= levels) {
-        std::fill(row, row + Lattice::kSide, kNoCave);
-        continue;
-      }
       const int32_t world_y = y0 + y * Lattice::kStep;
       cave_row(int64_t{columns.x0} + x * Lattice::kStep, world_y, columns.z0, Lattice::kSide, row);
       for (int z = 0; z < Lattice::kSide; ++z) {
-        if (world_y >= columns.cave_top[static_cast<size_t>(Columns::index(x * Lattice::kStep, z * Lattice::kStep))])
-          row[z] = kNoCave;
+        const int at = Columns::index(x * Lattice::kStep, z * Lattice::kStep);
+        if (world_y >= columns.cave_top[static_cast<size_t>(at)]) row[z] = kNoCave;
         any |= row[z] < 0;
       }
     }
+  }
   return any;
 }
 
@@ -131,15 +158,15 @@ bool Terrain::is_cave(const Columns& columns, int x, int32_t y, int z) const {
   return mix(mix(along_x(0, 0), along_x(1, 0), y & 3), mix(along_x(0, 1), along_x(1, 1), y & 3), z & 3) < 0;
 }
 
-/// Where overhangs are asked for, and 16 m around those heights; elsewhere the lattice is not read.
+/// Around the heights of the columns that have overhangs. Elsewhere old values stay, which decide nothing: noise is at
+/// most 1, so it moves no ground by more than the overhang.
 void Terrain::make_overhangs(const Columns& columns, int32_t y0, Lattice& out) const {
-  int32_t low = INT32_MAX, high = INT32_MIN;
-  for (size_t i = 0; i < columns.height.size(); ++i)
-    if (columns.overhang[i] > 0) low = std::min(low, columns.height[i]), high = std::max(high, columns.height[i]);
-  const int first = std::clamp((low / kMetre - kMaxOverhang - 16 - y0) / Lattice::kStep, 0, Lattice::kSide);
-  const int end = std::clamp((high / kMetre + kMaxOverhang + 16 - y0) / Lattice::kStep, 0, Lattice::kSide);
   int32_t fine[Lattice::kSide];
-  for (int x = 0; x < Lattice::kSide; ++x)
+  for (int x = 0; x < Lattice::kSide; ++x) {
+    const Heights heights = heights_around(columns, x * Lattice::kStep, true);
+    if (heights.low > heights.high) continue;
+    const int first = std::clamp((heights.low - kMaxOverhang - 16 - y0) / Lattice::kStep, 0, Lattice::kSide);
+    const int end = std::clamp((heights.high + kMaxOverhang + 16 - y0) / Lattice::kStep, 0, Lattice::kSide);
     for (int y = first; y < end; ++y) {
       int32_t* row = out.row(x, y, 0);
       const int64_t wx = int64_t{columns.x0} + x * Lattice::kStep, wy = y0 + y * Lattice::kStep;
@@ -147,6 +174,7 @@ void Terrain::make_overhangs(const Columns& columns, int32_t y0, Lattice& out) c
       noise3_row(stream(seed_, kOverhangs) + 1, 4, 3, wx, wy, columns.z0, Lattice::kStep, Lattice::kSide, fine);
       for (int z = 0; z < Lattice::kSide; ++z) row[z] = std::clamp((row[z] * 3 + fine[z]) >> 2, -kNoiseOne, kNoiseOne);
     }
+  }
 }
 
 void Terrain::surface_leaf(const Columns& columns, const Lattice* overhangs, VoxelPos offset, int32_t y0,
