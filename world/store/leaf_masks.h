@@ -31,13 +31,6 @@ std::unique_ptr<MaskRegion> build_mask_region(const RegionNode& node, RegionPos 
                                               int kind);
 void count_region(const RegionNode& node, size_t palette_size, RegionCensus& census);
 
-/// Writes leaves and keeps the census; what apply() and undo share.
-struct StoreWriter {
-  StoreNodes& nodes;
-  uint64_t voxels_changed = 0, leaves_changed = 0;
-  bool replace(LeafPos l, const BlockId* before, const BlockId* after, LeafUndo* undo);
-};
-
 std::string fmt_edit_outside(const VoxelBox& box);
 
 }  // namespace world

@@ -195,9 +195,8 @@ const MaskVolume& Store::masks(MaskKind kind) const {
 void Store::leaf_changed(LeafPos l) {
   for (auto& list : nodes_->dirty)
     if (list.empty() || list.back() != l) list.push_back(l);
-  const LeafBlocks blocks = nodes_->leaf(l);
   for (int k = 0; k < kMaskKinds; ++k)
-    if (nodes_->masks[k]) nodes_->masks[k]->set_leaf(l, leaf_mask_of_kind(blocks, palette_->masks(), k));
+    if (nodes_->masks[k]) nodes_->masks[k]->set_leaf(l, leaf_mask_of_kind(nodes_->leaf(l), palette_->masks(), k));
 }
 
 void Store::adopt(RegionBuilder&& region) {
@@ -239,121 +238,6 @@ void Store::prune() {
     }
 }
 
-namespace {
-
-/// One operation of a batch on one leaf.
-struct LeafOp {
-  LeafPos leaf;
-  uint32_t op;
-};
-constexpr uint64_t kMostLeavesInBatch = uint64_t{1} << 26;
-
-Result<std::vector<LeafOp>> split_by_leaf(const EditBatch& batch, size_t palette_size) {
-  std::vector<LeafOp> ops;
-  uint64_t leaves = 0;
-  for (const EditBatch::Op& op : batch.ops()) {
-    if (!inside_world(op.box.min) || !inside_world(op.box.max)) return input_error(fmt_edit_outside(op.box));
-    if (op.block >= palette_size)
-      return input_error("an edit writes block id " + std::to_string(op.block) + ", but the world's palette has only " +
-                         std::to_string(palette_size) + " blocks: add the block to the palette first");
-    const LeafPos a = leaf_from_voxel(op.box.min), b = leaf_from_voxel(op.box.max);
-    leaves += VoxelBox{{a.x, a.y, a.z}, {b.x, b.y, b.z}}.volume();
-    if (leaves > kMostLeavesInBatch)
-      return input_error("an edit batch covers more than 67,108,864 leaves of 8^3 voxels: split it into smaller boxes");
-  }
-  ops.reserve(leaves);
-  for (size_t i = 0; i < batch.ops().size(); ++i) {
-    const VoxelBox& box = batch.ops()[i].box;
-    const LeafPos a = leaf_from_voxel(box.min), b = leaf_from_voxel(box.max);
-    for (int x = a.x; x <= b.x; ++x)
-      for (int y = a.y; y <= b.y; ++y)
-        for (int z = a.z; z <= b.z; ++z) ops.push_back({{x, y, z}, static_cast<uint32_t>(i)});
-  }
-  // Region first, then leaf, then the order of the batch.
-  const auto before = [](const LeafOp& p, const LeafOp& q) {
-    const auto rp = region_from_leaf(p.leaf), rq = region_from_leaf(q.leaf);
-    if (rp != rq) return rp < rq;
-    if (p.leaf != q.leaf) return p.leaf < q.leaf;
-    return p.op < q.op;
-  };
-  if (!std::is_sorted(ops.begin(), ops.end(), before)) std::sort(ops.begin(), ops.end(), before);
-  return ops;
-}
-
-void write_box(BlockId* values, LeafPos leaf, const VoxelBox& box, BlockId block) {
-  const VoxelPos corner = voxel_from_leaf(leaf);
-  VoxelPos a, b;
-  for (int axis = 0; axis < 3; ++axis) {
-    a[axis] = std::max(box.min[axis] - corner[axis], 0);
-    b[axis] = std::min(box.max[axis] - corner[axis], 7);
-  }
-  for (int x = a.x; x <= b.x; ++x)
-    for (int y = a.y; y <= b.y; ++y)
-      for (int z = a.z; z <= b.z; ++z) values[x << 6 | y << 3 | z] = block;
-}
-
-void copy_leaf(const LeafBlocks& leaf, BlockId* values) {
-  if (leaf.values)
-    std::memcpy(values, leaf.values, kLeafVoxels * sizeof(BlockId));
-  else
-    std::fill_n(values, kLeafVoxels, leaf.uniform);
-}
-
-}  // namespace
-
-/// Replaces a leaf's blocks; keeps census and undo. False where nothing changed.
-bool StoreWriter::replace(LeafPos l, const BlockId* before, const BlockId* after, LeafUndo* undo) {
-  LeafMask changed;
-  uint64_t any = 0;
-  for (int w = 0; w < 8; ++w) {
-    uint64_t bits = 0;
-    for (int b = 0; b < 64; ++b) bits |= static_cast<uint64_t>(before[w * 64 + b] != after[w * 64 + b]) << b;
-    changed.word[w] = bits;
-    any |= bits;
-  }
-  if (!any) return false;
-  const RegionPos r = region_from_leaf(l);
-  RegionCensus& census = nodes.census[r];
-  if (undo) *undo = {l, changed, {}};
-  for (int w = 0; w < 8; ++w)
-    for (uint64_t bits = changed.word[w]; bits; bits &= bits - 1) {
-      const int i = w * 64 + std::countr_zero(bits);
-      census.add(before[i], -1);
-      census.add(after[i], 1);
-      if (undo) undo->values.push_back(before[i]);
-      ++voxels_changed;
-    }
-  write_leaf(nodes.make_region(r), l, after);
-  ++leaves_changed;
-  return true;
-}
-
-Result<EditReport> Store::apply(const EditBatch& batch, UndoLog* undo) {
-  CHECK_EQ(nodes_->views.load(), 0);
-  TRY(const std::vector<LeafOp> ops, split_by_leaf(batch, palette_->size()));
-  StoreWriter writer{*nodes_};
-  std::vector<LeafUndo> step;
-  BlockId before[kLeafVoxels], after[kLeafVoxels];
-  for (size_t i = 0; i < ops.size();) {
-    const LeafPos l = ops[i].leaf;
-    copy_leaf(nodes_->leaf(l), before);
-    std::memcpy(after, before, sizeof after);
-    for (; i < ops.size() && ops[i].leaf == l; ++i) {
-      const EditBatch::Op& op = batch.ops()[ops[i].op];
-      write_box(after, l, op.box, op.block);
-    }
-    LeafUndo leaf_undo;
-    if (!writer.replace(l, before, after, undo ? &leaf_undo : nullptr)) continue;
-    if (undo) step.push_back(std::move(leaf_undo));
-    leaf_changed(l);
-  }
-  if (undo && !step.empty()) {
-    undo->done_.push_back(std::move(step));
-    undo->undone_.clear();
-  }
-  return EditReport{writer.voxels_changed, writer.leaves_changed};
-}
-
 // ---- what changed ----------------------------------------------------------------------------------------------
 
 uint64_t Store::identity() const { return nodes_->identity; }
@@ -374,69 +258,41 @@ std::vector<LeafPos> Store::take_dirty(int subscriber) const {
 void Store::begin_view() const { ++nodes_->views; }
 void Store::end_view() const { --nodes_->views; }
 
-void Store::swap_leaves(std::vector<LeafUndo>& step) {
-  CHECK_EQ(nodes_->views.load(), 0);
-  StoreWriter writer{*nodes_};
-  BlockId before[kLeafVoxels], after[kLeafVoxels];
-  for (LeafUndo& entry : step) {
-    copy_leaf(nodes_->leaf(entry.leaf), before);
-    std::memcpy(after, before, sizeof after);
-    size_t n = 0;
-    for (int i = 0; i < kLeafVoxels; ++i)
-      if (entry.changed.test(i)) after[i] = entry.values[n++];
-    LeafUndo inverse;
-    if (writer.replace(entry.leaf, before, after, &inverse)) {
-      leaf_changed(entry.leaf);
-      entry = std::move(inverse);
-    }
-  }
-}
-
-bool UndoLog::undo(Store& store) {
-  if (done_.empty()) return false;
-  store.swap_leaves(done_.back());
-  undone_.push_back(std::move(done_.back()));
-  done_.pop_back();
-  return true;
-}
-
-bool UndoLog::redo(Store& store) {
-  if (undone_.empty()) return false;
-  store.swap_leaves(undone_.back());
-  done_.push_back(std::move(undone_.back()));
-  undone_.pop_back();
-  return true;
-}
-
-size_t UndoLog::bytes() const {
-  size_t total = 0;
-  for (const auto* log : {&done_, &undone_})
-    for (const auto& step : *log)
-      for (const LeafUndo& leaf : step) total += sizeof leaf + leaf.values.capacity() * sizeof(BlockId);
-  return total;
-}
-
 // ---- StoreReader -----------------------------------------------------------------------------------------------
 
+/// The regions last used, by the low three bits of each coordinate: a world of up to 8 regions an axis never looks
+/// twice.
 struct StoreReader::Impl {
+  struct Entry {
+    RegionPos pos{INT32_MAX, 0, 0};
+    const RegionNode* node = nullptr;
+  };
   const StoreNodes* nodes;
-  RegionPos pos{INT32_MAX, 0, 0};
-  const RegionNode* node = nullptr;
+  LeafPos last_pos{INT32_MAX, 0, 0};  // of get()
+  LeafBlocks last;
+  Entry entries[512];
+
+  const RegionNode* region(RegionPos r) {
+    Entry& entry = entries[(r.x & 7) << 6 | (r.y & 7) << 3 | (r.z & 7)];
+    if (entry.pos != r) {
+      const auto found = nodes->regions.find(r);
+      entry = {r, found == nodes->regions.end() ? nullptr : found->second};
+    }
+    return entry.node;
+  }
 };
 
-StoreReader::StoreReader(const Store& store) : impl_(new Impl{&store.nodes()}) {}
+StoreReader::StoreReader(const Store& store) : impl_(std::make_unique<Impl>()) { impl_->nodes = &store.nodes(); }
 StoreReader::~StoreReader() = default;
 
 LeafBlocks StoreReader::leaf(LeafPos l) {
-  const RegionPos r = region_from_leaf(l);
-  if (r != impl_->pos) {
-    const auto found = impl_->nodes->regions.find(r);
-    impl_->pos = r;
-    impl_->node = found == impl_->nodes->regions.end() ? nullptr : found->second;
-  }
-  return impl_->node ? leaf_of(*impl_->node, index_in_region(l)) : LeafBlocks{};
+  const RegionNode* node = impl_->region(region_from_leaf(l));
+  return node ? leaf_of(*node, index_in_region(l)) : LeafBlocks{};
 }
 
-BlockId StoreReader::get(VoxelPos v) { return leaf(leaf_from_voxel(v))[index_in_leaf(v)]; }
+BlockId StoreReader::get(VoxelPos v) {
+  if (const LeafPos l = leaf_from_voxel(v); l != impl_->last_pos) impl_->last = leaf(l), impl_->last_pos = l;
+  return impl_->last[index_in_leaf(v)];
+}
 
 }  // namespace world
