@@ -62,22 +62,23 @@ Result<Materials> Materials::from(const BlockPalette& palette) {
   Materials m;
   const std::pair<BlockId*, const char*> needed[] = {
 #define LOAM_NEEDED(name) {&m.name, #name},
-      LOAM_NEEDED(water) LOAM_NEEDED(lava) LOAM_NEEDED(sand) LOAM_NEEDED(wet_sand) LOAM_NEEDED(gravel) LOAM_NEEDED(
-          mud) LOAM_NEEDED(clay) LOAM_NEEDED(dirt) LOAM_NEEDED(grass) LOAM_NEEDED(dry_grass) LOAM_NEEDED(forest_floor)
-          LOAM_NEEDED(podzol) LOAM_NEEDED(moss) LOAM_NEEDED(scree) LOAM_NEEDED(snow) LOAM_NEEDED(coal_ore) LOAM_NEEDED(
-              iron_ore) LOAM_NEEDED(copper_ore) LOAM_NEEDED(tin_ore) LOAM_NEEDED(silver_ore) LOAM_NEEDED(gold_ore)
-              LOAM_NEEDED(diamond_ore) LOAM_NEEDED(emerald_ore) LOAM_NEEDED(ruby_ore) LOAM_NEEDED(salt_rock)
-                  LOAM_NEEDED(sulfur_ore) LOAM_NEEDED(glowstone) LOAM_NEEDED(oak_log) LOAM_NEEDED(oak_leaves)
-                      LOAM_NEEDED(birch_log) LOAM_NEEDED(birch_leaves) LOAM_NEEDED(pine_log) LOAM_NEEDED(pine_needles)
-                          LOAM_NEEDED(spruce_log) LOAM_NEEDED(spruce_needles) LOAM_NEEDED(maple_leaves)
-                              LOAM_NEEDED(bush) LOAM_NEEDED(reed) LOAM_NEEDED(tall_grass) LOAM_NEEDED(fern)
-                                  LOAM_NEEDED(flower_red) LOAM_NEEDED(flower_yellow) LOAM_NEEDED(flower_blue)
-                                      LOAM_NEEDED(flower_white) LOAM_NEEDED(lily_pad) LOAM_NEEDED(fence_oak)
-                                          LOAM_NEEDED(oak_planks) LOAM_NEEDED(pine_planks) LOAM_NEEDED(glass)
-                                              LOAM_NEEDED(roof_tile) LOAM_NEEDED(brick_red) LOAM_NEEDED(brick_stone)
-                                                  LOAM_NEEDED(cobblestone) LOAM_NEEDED(plaster) LOAM_NEEDED(lamp_warm)
-                                                      LOAM_NEEDED(lantern) LOAM_NEEDED(path) LOAM_NEEDED(farmland)
-                                                          LOAM_NEEDED(wheat) LOAM_NEEDED(pumpkin) LOAM_NEEDED(hay)
+      LOAM_NEEDED(water) LOAM_NEEDED(lava) LOAM_NEEDED(sand) LOAM_NEEDED(gravel) LOAM_NEEDED(mud) LOAM_NEEDED(clay)
+          LOAM_NEEDED(dirt) LOAM_NEEDED(grass) LOAM_NEEDED(dry_grass) LOAM_NEEDED(forest_floor) LOAM_NEEDED(podzol)
+              LOAM_NEEDED(scree) LOAM_NEEDED(snow) LOAM_NEEDED(coal_ore) LOAM_NEEDED(iron_ore) LOAM_NEEDED(copper_ore)
+                  LOAM_NEEDED(tin_ore) LOAM_NEEDED(silver_ore) LOAM_NEEDED(gold_ore) LOAM_NEEDED(diamond_ore)
+                      LOAM_NEEDED(emerald_ore) LOAM_NEEDED(ruby_ore) LOAM_NEEDED(salt_rock) LOAM_NEEDED(sulfur_ore)
+                          LOAM_NEEDED(glowstone) LOAM_NEEDED(oak_log) LOAM_NEEDED(oak_leaves) LOAM_NEEDED(birch_log)
+                              LOAM_NEEDED(birch_leaves) LOAM_NEEDED(pine_log) LOAM_NEEDED(pine_needles)
+                                  LOAM_NEEDED(spruce_log) LOAM_NEEDED(spruce_needles) LOAM_NEEDED(maple_leaves)
+                                      LOAM_NEEDED(bush) LOAM_NEEDED(reed) LOAM_NEEDED(tall_grass) LOAM_NEEDED(fern)
+                                          LOAM_NEEDED(flower_red) LOAM_NEEDED(flower_yellow) LOAM_NEEDED(flower_blue)
+                                              LOAM_NEEDED(flower_white) LOAM_NEEDED(fence_oak) LOAM_NEEDED(oak_planks)
+                                                  LOAM_NEEDED(pine_planks) LOAM_NEEDED(glass) LOAM_NEEDED(roof_tile)
+                                                      LOAM_NEEDED(brick_red) LOAM_NEEDED(brick_stone)
+                                                          LOAM_NEEDED(cobblestone) LOAM_NEEDED(lamp_warm)
+                                                              LOAM_NEEDED(lantern) LOAM_NEEDED(path)
+                                                                  LOAM_NEEDED(farmland) LOAM_NEEDED(wheat)
+                                                                      LOAM_NEEDED(pumpkin) LOAM_NEEDED(hay)
 #undef LOAM_NEEDED
   };
   for (const auto& [id, name] : needed) {
@@ -266,7 +267,7 @@ void Relief::cover(const Materials& m, const std::array<int32_t, Columns::kSide 
       } else if (height > 158 * kMetre + (patch >> 8) * kMetre && steep < kMetre * 7 / 4) {
         ground = {m.snow, m.snow, static_cast<uint8_t>(height > 180 * kMetre ? 3 : 2)};
       } else if (steep > kMetre * 5 / 4 || out.overhang[at] > 2 * kMetre) {
-        // Bare rock; moss where it is damp.
+        // Bare rock; turf on the ledges of overhangs.
         if (out.overhang[at] > 2 * kMetre && steep < kMetre && patch > 0) ground = {m.grass, m.dirt, 2};
       } else if (height > 138 * kMetre + (patch >> 8) * kMetre) {
         ground = patch > 0 ? Ground{m.scree, m.scree, 1} : Ground{m.dry_grass, m.dirt, 2};

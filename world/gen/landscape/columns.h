@@ -25,15 +25,14 @@ constexpr int kMaxOverhang = 13;     // metres by which rock may stand out from 
 
 /// The blocks that the landscape is made of.
 struct Materials {
-  BlockId water, lava, sand, wet_sand, gravel, mud, clay, dirt, grass, dry_grass, forest_floor, podzol, moss, scree,
-      snow;
+  BlockId water, lava, sand, gravel, mud, clay, dirt, grass, dry_grass, forest_floor, podzol, scree, snow;
   BlockId coal_ore, iron_ore, copper_ore, tin_ore, silver_ore, gold_ore, diamond_ore, emerald_ore, ruby_ore, salt_rock,
       sulfur_ore, glowstone;
   BlockId oak_log, oak_leaves, birch_log, birch_leaves, pine_log, pine_needles, spruce_log, spruce_needles,
       maple_leaves, bush;
-  BlockId reed, tall_grass, fern, flower_red, flower_yellow, flower_blue, flower_white, lily_pad;
-  BlockId fence_oak, oak_planks, pine_planks, glass, roof_tile, brick_red, brick_stone, cobblestone, plaster, lamp_warm,
-      lantern, path, farmland, wheat, pumpkin, hay;
+  BlockId reed, tall_grass, fern, flower_red, flower_yellow, flower_blue, flower_white;
+  BlockId fence_oak, oak_planks, pine_planks, glass, roof_tile, brick_red, brick_stone, cobblestone, lamp_warm, lantern,
+      path, farmland, wheat, pumpkin, hay;
   std::array<BlockId, 9> rocks;
 
   static Result<Materials> from(const BlockPalette& palette);
