@@ -74,7 +74,8 @@ bool read_bands(TomlTable& table, std::string_view key, Bands& out, NumberRange 
 Block read_block(const std::string& name, TomlTable& table) {
   Block block;
   block.name = name;
-  if (!name_is_plain(name)) table.fail({}, "the block name '" + name + "' must be lower_snake_case (a-z, 0-9 and _), or source:name");
+  if (!name_is_plain(name))
+    table.fail({}, "the block name '" + name + "' must be lower_snake_case (a-z, 0-9 and _), or source:name");
   int phase = static_cast<int>(block.phase);
   table.read_choice("phase", phase, kPhaseNames);
   block.phase = static_cast<Phase>(phase);
