@@ -29,7 +29,7 @@ uint64_t rows_from_leaves(const world::LeafMask* const leaves[8], uint64_t* rows
 void swap_yz(const world::LeafMask& in, world::LeafMask& out);
 
 /// Grows `reached` within `open` through faces until nothing changes; `entry` holds bits that neighbours bring in.
-/// True where `reached` changed.
+/// `reached` is empty or what an earlier call left. True where it changed.
 bool flood_leaf(const world::LeafMask& open, const world::LeafMask& entry, world::LeafMask& reached);
 
 /// 8x8 bits: bit a*8 + b becomes bit b*8 + a.
