@@ -96,8 +96,7 @@ world::Status Device::open_instance(bool validation) {
   auto messenger = vk_info<VkDebugUtilsMessengerCreateInfoEXT>(VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT);
   messenger.messageSeverity =
       VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
-  messenger.messageType =
-      VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT;
+  messenger.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT;
   messenger.pfnUserCallback = collect_message;
   messenger.pUserData = messages_.get();
   if (validation) {
@@ -171,6 +170,7 @@ world::Status Device::choose_physical() {
 }
 
 world::Status Device::open(const DeviceOptions& options) {
+  lose_device_ = options.lose_device;
   TRY_STATUS(open_instance(options.validation || asked_by_environment()));
   TRY_STATUS(choose_physical());
 
@@ -225,6 +225,7 @@ std::vector<std::string> Device::messages() const {
 
 world::Status Device::run(const std::function<void(VkCommandBuffer)>& record) {
   const auto checked = [&]() -> world::Status {
+    if (lost_) return vulkan_error("an earlier submission", VK_ERROR_DEVICE_LOST);
     VK_CHECK(vkResetCommandPool(device_, pool_, 0));
     auto begin = vk_info<VkCommandBufferBeginInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO);
     begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
@@ -243,7 +244,8 @@ world::Status Device::run(const std::function<void(VkCommandBuffer)>& record) {
     submit.pCommandBufferInfos = &buffer;
     submit.signalSemaphoreInfoCount = 1;
     submit.pSignalSemaphoreInfos = &signal;
-    VkResult result = vkQueueSubmit2(queue_, 1, &submit, VK_NULL_HANDLE);
+    VkResult result =
+        lose_device_ && lose_device_() ? VK_ERROR_DEVICE_LOST : vkQueueSubmit2(queue_, 1, &submit, VK_NULL_HANDLE);
     if (result == VK_SUCCESS) {
       ++submitted_;
       auto wait = vk_info<VkSemaphoreWaitInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO);

@@ -16,6 +16,8 @@ struct DeviceOptions {
   /// Loads the validation layer with synchronization validation; fails where it is not installed. LOAM_VALIDATION=1 in
   /// the environment does the same.
   bool validation = false;
+  /// For tests: asked at each submission; true loses the device there.
+  std::function<bool()> lose_device = {};
 };
 
 /// What the validation layer said, warnings and errors. Lives on the heap: the driver holds its address.
@@ -74,6 +76,7 @@ class Device {
   VkSemaphore timeline_ = VK_NULL_HANDLE;
   uint64_t submitted_ = 0;
   bool lost_ = false;
+  std::function<bool()> lose_device_;
   std::string name_;
   VkPhysicalDeviceLimits limits_{};
   MemoryPool memory_;

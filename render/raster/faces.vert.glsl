@@ -36,11 +36,18 @@ void main() {
   }
   const bool high_u = (gl_VertexIndex & 1) != 0, high_v = (gl_VertexIndex & 2) != 0;
   vec3 point;
-  // A face at a hair's breadth is drawn a little farther: clipping in float could not place it. The fragment shader
-  // solves for the true plane.
-  point[axis] = (face & 1) == 1 ? min(offset, -kNearestFace) : max(offset, kNearestFace);
+  // Clipping in float can't place a face whose plane is close for its size. With exact edges such a face, where it is
+  // near the camera's foot on its plane, asks all pixels, in front of everything: it is nearer wherever it is seen at
+  // more than a tenth of a pixel. Else it is scaled about the camera, which looks the same.
+  if (kExactEdges && abs(offset) < kNearestFace && all(lessThan(low, vec2(1))) && all(greaterThan(high, vec2(-1)))) {
+    gl_Position = vec4(high_u ? 1 : -1, high_v ? 1 : -1, 1, 1);
+    return;
+  }
+  point[axis] = offset;
   point[u] = high_u ? high.x : low.x;
   point[v] = high_v ? high.y : low.y;
+  const float distance = max(abs(offset), kNearestFace);
+  point *= distance / abs(offset);
   if (kExactEdges) {
     // Vertices are rounded to 1/256 pixel. Move each edge outwards by a little more on the screen, so that every pixel
     // that the exact face covers is asked; the fragment shader answers exactly. An edge along v that moves by e along u
@@ -50,7 +57,7 @@ void main() {
       vec3 along_u = -point * picture.clip_w[u], along_v = -point * picture.clip_w[v];
       along_u[u] += depth;
       along_v[v] += depth;
-      const float scale = picture.screen.z * depth / abs(offset);
+      const float scale = picture.screen.z * depth / distance;
       const vec2 move = min(scale * vec2(length(along_v), length(along_u)), vec2(0.5 * depth));
       point[u] += high_u ? move.x : -move.x;
       point[v] += high_v ? move.y : -move.y;

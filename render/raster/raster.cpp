@@ -31,7 +31,7 @@ double near_plane(const world::WorldView& view, const Camera& camera, const Pixe
         nearest = std::min(nearest, glm::length(glm::max(low, glm::min(low + 1.0, Vec3d(0)))));
       }
   const double corner = std::sqrt(1 + rays.tan_half_x * rays.tan_half_x + rays.tan_half_y * rays.tan_half_y);
-  return std::clamp(0.9 * nearest, 0.9 * raster::kNearestFace, 0.05) / corner;
+  return std::clamp(0.5 * nearest, 0.5 * raster::kNearestFace, 0.05) / corner;
 }
 
 class Raster : public RasterBackend {
@@ -119,6 +119,7 @@ class Raster : public RasterBackend {
 
   world::Result<uint64_t> send_shadow_grid(const world::WorldView& view, const std::vector<world::LeafPos>& dirty) {
     const world::MaskVolume& opaque = view.masks(world::MaskKind::opaque);
+    rasterizer_->shadow_grid().binding_limit = rasterizer_->binding_limit;
     if (shadow_store_ == store_) return rasterizer_->shadow_grid().update(rasterizer_->device(), opaque, dirty);
     shadow_store_ = 0;
     TRY(const uint64_t bytes, rasterizer_->shadow_grid().rebuild(rasterizer_->device(), opaque));

@@ -36,8 +36,8 @@ SHARED_CONST uint kBindings = 14;
 
 SHARED_CONST uint kTilePixels = 8;  // a tile of the occlusion test is 8 x 8 pixels
 
-/// Faces nearer than this to the camera's plane are drawn at this distance, m. The near plane is nearer.
-SHARED_CONST float kNearestFace = 2e-5;
+/// Faces whose plane is nearer than this need care, m; see faces.vert.glsl. The near plane is nearer.
+SHARED_CONST float kNearestFace = 1e-3;
 
 SHARED_CONST uint kShadeGroup = 8;  // the shading pass works on squares of 8 x 8 pixels
 

@@ -18,8 +18,9 @@ constexpr uint32_t kTimes = 5;
 /// A near plane below this makes interpolated depth too coarse for the occlusion test, m.
 constexpr double kNearestForOcclusion = 0.005;
 
-/// Metres by which a camera on a plane of the grid is moved off it.
-constexpr double kOffPlane = 1e-12;
+/// No camera is nearer than this to a plane of the grid, m: one on a plane is moved off it. Clipping in float can place
+/// no nearer face.
+constexpr double kOffPlane = 1e-9;
 
 vec4 to_vec4(const Vec3d& v, double w = 0) { return vec4(glm::vec3(v), static_cast<float>(w)); }
 vec4 to_vec4(const Rgb& c, float w = 0) { return vec4(c.r, c.g, c.b, w); }
@@ -130,8 +131,9 @@ world::Status Rasterizer::fit_targets(int width, int height) {
   TRY(targets_.tiles,
       gpu::make_buffer(*device_, tiles * sizeof(float), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::MemoryUse::device));
   // Bands of a multiple of 64 rows start at multiples of 768 bytes, which suits every device's offset alignment.
-  const uint64_t rows = device_->limits().maxStorageBufferRange / (sizeof(Rgb) * extent.width);
-  targets_.band_rows = static_cast<uint32_t>(std::min<uint64_t>(rows / 64 * 64, 64 * 1024));
+  const uint64_t range = std::min<uint64_t>(binding_limit, device_->limits().maxStorageBufferRange);
+  const uint64_t rows = range / (sizeof(Rgb) * extent.width);
+  targets_.band_rows = static_cast<uint32_t>(std::clamp<uint64_t>(rows / 64 * 64, 64, 64 * 1024));
   targets_.width = width;
   targets_.height = height;
   return {};
@@ -361,7 +363,7 @@ world::Result<Frame> Rasterizer::draw(const Camera& placed, const world::Environ
   const auto cull_start = Clock::now();
   Camera camera = placed;
   // A camera on a face's plane sees the face on its upper side, as a ray does.
-  camera.position.fraction = glm::max(camera.position.fraction, Vec3d(kOffPlane));
+  camera.position.fraction = glm::clamp(camera.position.fraction, kOffPlane, 1 - kOffPlane);
   const PixelRays rays(camera, width, height);
   cull(pool_, camera, rays, knobs.view_distance, near >= kNearestForOcclusion, list_);
   const double cull_ms = ms_since(cull_start);

@@ -28,6 +28,9 @@ class Rasterizer {
 
   /// Used where knobs.sun_shadow is ray.
   ShadowGrid& shadow_grid() { return shadow_grid_; }
+  /// Bytes that one storage buffer binding may reach, at most the device's; tests lower it.
+  uint64_t binding_limit = ~uint64_t{0};
+
   gpu::Device& device() { return *device_; }
   FacePool& pool() { return pool_; }
 

@@ -64,7 +64,7 @@ world::Result<uint64_t> ShadowGrid::rebuild(gpu::Device& device, const world::Ma
   const uint64_t table_bytes = uint64_t{table_size_} * sizeof(ivec4);
   const uint64_t group_bytes = regions.size() * kRegionWords * sizeof(uint32_t);
   const uint64_t mask_bytes = masks * sizeof(world::LeafMask);
-  const uint64_t limit = device.limits().maxStorageBufferRange;
+  const uint64_t limit = std::min<uint64_t>(binding_limit, device.limits().maxStorageBufferRange);
   if (mask_bytes > limit || group_bytes > limit || table_bytes > limit)
     return world::Error{world::ErrorKind::usage, "the world is too large for the sun's shadow on this device (" +
                                                      std::to_string(mask_bytes >> 20) + " MiB of masks, at most " +

@@ -26,6 +26,8 @@ class ShadowGrid {
   const gpu::Buffer& masks() const { return masks_; }
   world::RegionPos min_region() const { return min_; }
   world::RegionPos max_region() const { return max_; }
+  /// Bytes that a buffer may have, at most the device's limit; tests lower it.
+  uint64_t binding_limit = ~uint64_t{0};
   uint32_t table_size() const { return table_size_; }
 
  private:

@@ -1,0 +1,180 @@
+#include "render/gpu/device.h"
+
+#include <bit>
+#include <cmath>
+#include <cstdlib>
+
+#include <gtest/gtest.h>
+
+#include "render/gpu/owned.h"
+#include "render/raster/raster.h"
+
+namespace render::gpu {
+namespace {
+
+std::unique_ptr<Device> device() {
+  auto made = Device::make({.validation = true});
+  EXPECT_TRUE(made.ok()) << (made.ok() ? "" : made.error().message);
+  return made.ok() ? std::move(*made) : nullptr;
+}
+
+/// Points the Vulkan loader at a driver file that does not exist.
+class NoDriver {
+ public:
+  NoDriver() {
+    setenv("VK_ICD_FILENAMES", "/nonexistent/driver.json", 1), setenv("VK_DRIVER_FILES", "/nonexistent/driver.json", 1);
+  }
+  ~NoDriver() { unsetenv("VK_ICD_FILENAMES"), unsetenv("VK_DRIVER_FILES"); }
+};
+
+TEST(Device, ThisMachineHasOneThatDraws) {
+  const auto made = Device::make();
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  EXPECT_FALSE((*made)->name().empty());
+}
+
+TEST(Device, NoDriverIsAnErrorThatNamesThePackage) {
+  const NoDriver none;
+  for (const bool validation : {false, true}) {
+    const auto made = Device::make({.validation = validation});
+    ASSERT_FALSE(made.ok());
+    EXPECT_EQ(made.error().kind, world::ErrorKind::no_device);
+    EXPECT_NE(made.error().message.find("mesa-vulkan-drivers"), std::string::npos) << made.error().message;
+    EXPECT_EQ(made.error().message.find('\n'), std::string::npos);
+  }
+  EXPECT_EQ(make_raster_backend().error().kind, world::ErrorKind::no_device);
+}
+
+TEST(Device, ValidationHearsAMistake) {
+  const auto d = device();
+  ASSERT_TRUE(d);
+  // Copying more than a buffer holds.
+  auto small = make_buffer(*d, 64, VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryUse::upload);
+  auto large = make_buffer(*d, 256, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryUse::upload);
+  ASSERT_TRUE(small.ok() && large.ok());
+  auto unused = d->run([&](VkCommandBuffer commands) {
+    const VkBufferCopy copy{0, 0, 64};
+    vkCmdCopyBuffer(commands, small->handle, small->handle, 1, &copy);  // neither usage nor overlap allow it
+  });
+  EXPECT_FALSE(d->messages().empty());
+}
+
+TEST(Device, SynchronizationValidationHearsAMissingBarrier) {
+  const auto d = device();
+  ASSERT_TRUE(d);
+  constexpr VkBufferUsageFlags kBoth = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+  auto a = make_buffer(*d, 64, kBoth, MemoryUse::device), b = make_buffer(*d, 64, kBoth, MemoryUse::device);
+  ASSERT_TRUE(a.ok() && b.ok());
+  auto unused = d->run([&](VkCommandBuffer commands) {
+    const VkBufferCopy copy{0, 0, 64};
+    vkCmdCopyBuffer(commands, a->handle, b->handle, 1, &copy);
+    vkCmdCopyBuffer(commands, b->handle, a->handle, 1, &copy);
+  });
+  ASSERT_FALSE(d->messages().empty());
+  EXPECT_NE(d->messages()[0].find("SYNC-HAZARD"), std::string::npos) << d->messages()[0];
+}
+
+TEST(DeviceMemory, RangesDontOverlapAndReturn) {
+  const auto d = device();
+  ASSERT_TRUE(d);
+  {
+    std::vector<Buffer> buffers;
+    for (int i = 0; i < 200; ++i) {
+      auto made = make_buffer(*d, 1000 + static_cast<VkDeviceSize>(i * 37), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                              MemoryUse::upload);
+      ASSERT_TRUE(made.ok());
+      if (i % 3 == 2) buffers.erase(buffers.begin() + i / 3);
+      buffers.push_back(std::move(*made));
+    }
+    for (size_t i = 0; i < buffers.size(); ++i)
+      for (size_t j = 0; j < i; ++j) {
+        const MemoryRange &a = buffers[i].memory.range(), &b = buffers[j].memory.range();
+        EXPECT_TRUE(a.block != b.block || a.offset + a.size <= b.offset || b.offset + b.size <= a.offset);
+      }
+  }
+  ASSERT_TRUE(d->run([](VkCommandBuffer) {}).ok());
+  EXPECT_EQ(d->memory().bytes_used(), 0u);
+  EXPECT_EQ(d->messages(), std::vector<std::string>{});
+}
+
+TEST(HardCaseR13, OutOfDeviceMemoryIsAnErrorAndTheDeviceGoesOn) {
+  const auto d = device();
+  ASSERT_TRUE(d);
+  d->memory().limit = 1 << 20;
+  EXPECT_FALSE(make_buffer(*d, 2 << 20, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, MemoryUse::device).ok());
+  EXPECT_TRUE(make_buffer(*d, 1 << 16, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, MemoryUse::device).ok());
+  EXPECT_TRUE(d->run([](VkCommandBuffer) {}).ok());
+  EXPECT_EQ(d->messages(), std::vector<std::string>{});
+}
+
+/// Sends values through a blit from a float image to one of 8 bits: the device's own conversion.
+std::vector<uint8_t> unorm8_on_device(Device& d, const std::vector<float>& values) {
+  const uint32_t count = static_cast<uint32_t>(values.size());
+  const VkExtent2D extent{count, 1};
+  auto from = make_image(d, extent, VK_FORMAT_R32G32B32A32_SFLOAT,
+                         VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT | VK_IMAGE_USAGE_SAMPLED_BIT,
+                         VK_IMAGE_ASPECT_COLOR_BIT);
+  auto to = make_image(
+      d, extent, VK_FORMAT_R8G8B8A8_UNORM,
+      VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT | VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT,
+      VK_IMAGE_ASPECT_COLOR_BIT);
+  auto in = make_buffer(d, count * 16, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryUse::upload);
+  auto out = make_buffer(d, count * 4, VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryUse::readback);
+  EXPECT_TRUE(from.ok() && to.ok() && in.ok() && out.ok());
+  auto* texels = reinterpret_cast<float*>(in->mapped());
+  for (uint32_t i = 0; i < count; ++i)
+    for (uint32_t c = 0; c < 4; ++c) texels[4 * i + c] = values[i];
+  const auto barrier = [](VkCommandBuffer commands, VkImage image, VkImageLayout old) {
+    auto info = vk_info<VkImageMemoryBarrier2>(VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2);
+    info.srcStageMask = info.dstStageMask = VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT;
+    info.srcAccessMask = VK_ACCESS_2_TRANSFER_WRITE_BIT;
+    info.dstAccessMask = VK_ACCESS_2_TRANSFER_WRITE_BIT | VK_ACCESS_2_TRANSFER_READ_BIT;
+    info.oldLayout = old;
+    info.newLayout = VK_IMAGE_LAYOUT_GENERAL;
+    info.image = image;
+    info.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
+    auto dependency = vk_info<VkDependencyInfo>(VK_STRUCTURE_TYPE_DEPENDENCY_INFO);
+    dependency.imageMemoryBarrierCount = 1;
+    dependency.pImageMemoryBarriers = &info;
+    vkCmdPipelineBarrier2(commands, &dependency);
+  };
+  EXPECT_TRUE(d.run([&](VkCommandBuffer commands) {
+                 barrier(commands, from->handle, VK_IMAGE_LAYOUT_UNDEFINED);
+                 barrier(commands, to->handle, VK_IMAGE_LAYOUT_UNDEFINED);
+                 VkBufferImageCopy copy{};
+                 copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+                 copy.imageExtent = {count, 1, 1};
+                 vkCmdCopyBufferToImage(commands, in->handle, from->handle, VK_IMAGE_LAYOUT_GENERAL, 1, &copy);
+                 barrier(commands, from->handle, VK_IMAGE_LAYOUT_GENERAL);
+                 VkImageBlit blit{};
+                 blit.srcSubresource = blit.dstSubresource = copy.imageSubresource;
+                 blit.srcOffsets[1] = blit.dstOffsets[1] = {static_cast<int32_t>(count), 1, 1};
+                 vkCmdBlitImage(commands, from->handle, VK_IMAGE_LAYOUT_GENERAL, to->handle, VK_IMAGE_LAYOUT_GENERAL, 1,
+                                &blit, VK_FILTER_NEAREST);
+                 barrier(commands, to->handle, VK_IMAGE_LAYOUT_GENERAL);
+                 vkCmdCopyImageToBuffer(commands, to->handle, VK_IMAGE_LAYOUT_GENERAL, out->handle, 1, &copy);
+               }).ok());
+  std::vector<uint8_t> codes(count);
+  for (uint32_t i = 0; i < count; ++i) codes[i] = static_cast<uint8_t>(out->mapped()[4 * i]);
+  return codes;
+}
+
+TEST(HardCaseN2, UnormOnTheDeviceEqualsTheProcessorsAtCodesAndIsANeighbourAtHalves) {
+  const auto d = device();
+  ASSERT_TRUE(d);
+  std::vector<float> exact, halves;
+  for (int k = 0; k < 256; ++k) {
+    exact.push_back(static_cast<float>(k) / 255.0f);
+    halves.push_back((static_cast<float>(k) + 0.5f) / 255.0f);
+  }
+  const std::vector<uint8_t> at_codes = unorm8_on_device(*d, exact), at_halves = unorm8_on_device(*d, halves);
+  for (int k = 0; k < 256; ++k) {
+    EXPECT_EQ(at_codes[static_cast<size_t>(k)], k);
+    const int expected = std::min(255, static_cast<int>(std::floor(halves[static_cast<size_t>(k)] * 255 + 0.5f)));
+    EXPECT_LE(std::abs(at_halves[static_cast<size_t>(k)] - expected), 1) << k;
+  }
+  EXPECT_EQ(d->messages(), std::vector<std::string>{});
+}
+
+}  // namespace
+}  // namespace render::gpu
