@@ -34,7 +34,7 @@ inline uint64_t fixed_position(const GridAxes& axes, int axis, double t) {
   return std::bit_cast<uint64_t>(axes.fraction[axis] + t * axes.direction[axis] + kFixedPoint);
 }
 /// Within 2^-16 of a plane rounding may decide; position and plane t err by less than 2^-18 voxel within the world.
-inline bool near_a_plane(uint64_t fixed) { return ((fixed + 16) & 0xfffff) < 32; }
+inline bool near_a_plane(uint64_t fixed) { return ((static_cast<uint32_t>(fixed) + 16) & 0xfffe0) == 0; }
 inline int32_t cell_of(const GridAxes& axes, int axis, uint64_t fixed) {
   return static_cast<int32_t>(static_cast<uint32_t>(fixed >> 20) + 0x80000000u +
                               static_cast<uint32_t>(axes.origin[axis]));
@@ -68,26 +68,33 @@ inline void cross(const GridAxes& axes, WalkPlace& place, int axis, double t, in
 
 /// Leaves the aligned cube of size_mask + 1 voxels around the place. False: at t beyond t_limit.
 /// Without branches on the axis: which one it is can't be predicted, and three cells cost less than a wrong guess.
-inline bool leave_cube(const GridAxes& axes, WalkPlace& place, int32_t size_mask, double t_limit) {
+[[gnu::always_inline]] inline bool leave_cube(const GridAxes& axes, WalkPlace& place, int32_t size_mask,
+                                              double t_limit) {
   const int32_t size = size_mask + 1;
   const int32_t px = (place.voxel.x & ~size_mask) + (size & axes.upwards[0]);
   const int32_t py = (place.voxel.y & ~size_mask) + (size & axes.upwards[1]);
   const int32_t pz = (place.voxel.z & ~size_mask) + (size & axes.upwards[2]);
   const double tx = axes.t_at(0, px), ty = axes.t_at(1, py), tz = axes.t_at(2, pz);
-  const double t_yz = ty <= tz ? ty : tz, t = tx <= t_yz ? tx : t_yz;
+  const double t_yz = tz < ty ? tz : ty, t = t_yz < tx ? t_yz : tx;
   if (!(t <= t_limit)) return false;
-  const bool on_x = tx <= t_yz, on_y = !on_x & (ty <= tz), on_z = !on_x & !on_y;
+  // All bits where the axis is the one crossed: x, else y, else z.
+  const int32_t on_x = -(tx <= t_yz), on_y = ~on_x & -(ty <= tz), on_z = ~(on_x | on_y);
   const uint64_t fx = fixed_position(axes, 0, t), fy = fixed_position(axes, 1, t), fz = fixed_position(axes, 2, t);
-  const bool near_plane = (near_a_plane(fx) & !on_x) | (near_a_plane(fy) & !on_y) | (near_a_plane(fz) & !on_z);
-  if (near_plane) [[unlikely]] {
-    cross(axes, place, on_x ? 0 : on_y ? 1 : 2, t, on_x ? px : on_y ? py : pz);
+  const auto near_on_other_axis = [](uint64_t fixed, int32_t crossed) {
+    return ((static_cast<uint32_t>((static_cast<uint32_t>(fixed) + 16) & 0xfffe0)) | static_cast<uint32_t>(crossed)) ==
+           0;
+  };
+  if (near_on_other_axis(fx, on_x) | near_on_other_axis(fy, on_y) | near_on_other_axis(fz, on_z)) [[unlikely]] {
+    const int axis = (on_y & 1) + (on_z & 2);
+    cross(axes, place, axis, t, axis == 0 ? px : axis == 1 ? py : pz);
     return true;
   }
-  place.voxel.x = on_x ? px - 1 - axes.upwards[0] : cell_of(axes, 0, fx);
-  place.voxel.y = on_y ? py - 1 - axes.upwards[1] : cell_of(axes, 1, fy);
-  place.voxel.z = on_z ? pz - 1 - axes.upwards[2] : cell_of(axes, 2, fz);
+  const auto select = [](int32_t mask, int32_t a, int32_t b) { return (a & mask) | (b & ~mask); };
+  place.voxel.x = select(on_x, px - 1 - axes.upwards[0], cell_of(axes, 0, fx));
+  place.voxel.y = select(on_y, py - 1 - axes.upwards[1], cell_of(axes, 1, fy));
+  place.voxel.z = select(on_z, pz - 1 - axes.upwards[2], cell_of(axes, 2, fz));
   place.t = t;
-  place.axis = on_y + 2 * on_z;
+  place.axis = (on_y & 1) + (on_z & 2);
   return true;
 }
 
@@ -95,7 +102,7 @@ inline bool leave_cube(const GridAxes& axes, WalkPlace& place, int32_t size_mask
 inline bool pair_empty(uint64_t word, int bit) { return (word >> (bit & 42) & 0x00330033) == 0; }
 
 /// Size - 1 of the largest known empty aligned cube around the voxel; -1 where the voxel itself is set.
-inline int32_t empty_cube_in_leaf(const LeafMask& mask, VoxelPos v) {
+[[gnu::always_inline]] inline int32_t empty_cube_in_leaf(const LeafMask& mask, VoxelPos v) {
   const int x = v.x & 7, y = v.y & 7, z = v.z & 7;
   if (mask.word[x] >> (y * 8 + z) & 1) return -1;
   const uint64_t pair = mask.word[x & 6] | mask.word[x | 1];
@@ -106,7 +113,7 @@ inline int32_t empty_cube_in_leaf(const LeafMask& mask, VoxelPos v) {
 }
 
 /// The same from the region down. In a mixed leaf it only sets `leaf` and returns 0.
-inline int32_t empty_cube_mask(const MaskRegion* region, VoxelPos v, const LeafMask*& leaf) {
+[[gnu::always_inline]] inline int32_t empty_cube_mask(const MaskRegion* region, VoxelPos v, const LeafMask*& leaf) {
   if (!region) return 127;
   const int group = (v.x >> 5 & 3) << 4 | (v.y >> 5 & 3) << 2 | (v.z >> 5 & 3);
   if (!(region->any_groups >> group & 1)) return pair_empty(region->any_groups, group) ? 63 : 31;
@@ -132,28 +139,33 @@ class MaskWalker {
   GridHit first_entered(const GridRay& ray) const;
   bool any_set(const GridRay& ray) const { return first_set(ray).hit(); }
 
-  /// From `place` to the first set voxel (its own included) up to t_limit, which is finite; false: none. A place outside
-  /// the bounds must be one from which the ray does not enter them, see clip().
-  bool find(const GridAxes& axes, WalkPlace& place, double t_limit) const {
+  /// From `place` to the first set voxel (its own included) up to t_limit, which is finite; false: none. A place
+  /// outside the bounds must be one from which the ray does not enter them, see clip().
+  bool find(const GridAxes& ray, WalkPlace& start, double t_limit) const {
+    const GridAxes axes = ray;  // copies of one's own stay in registers
+    WalkPlace place = start;
     RegionPos at = region_from_voxel(place.voxel);
     const MaskRegion* region = volume_->region(at);
+    const LeafMask* leaf = nullptr;
+    VoxelPos in_leaf;  // a voxel of `leaf`
     for (;;) {
-      const LeafMask* leaf = nullptr;
-      const int32_t size_mask = mask_walk::empty_cube_mask(region, place.voxel, leaf);
-      if (size_mask < 0) return true;
+      int32_t size_mask = 0;
       if (!leaf) {
+        size_mask = mask_walk::empty_cube_mask(region, place.voxel, leaf);
         if (!region && !in_bounds(place.voxel)) return false;
-        if (!mask_walk::leave_cube(axes, place, size_mask, t_limit)) return false;
-      } else {
-        // Inside a mixed leaf no level above is asked.
-        const VoxelPos in = place.voxel;
-        do {
-          const int32_t within = mask_walk::empty_cube_in_leaf(*leaf, place.voxel);
-          if (within < 0) return true;
-          if (!mask_walk::leave_cube(axes, place, within, t_limit)) return false;
-        } while ((((place.voxel.x ^ in.x) | (place.voxel.y ^ in.y) | (place.voxel.z ^ in.z)) & ~7) == 0);
+        in_leaf = place.voxel;
       }
-      const RegionPos next = region_from_voxel(place.voxel);
+      if (leaf) size_mask = mask_walk::empty_cube_in_leaf(*leaf, place.voxel);
+      if (size_mask < 0) {
+        start = place;
+        return true;
+      }
+      if (!mask_walk::leave_cube(axes, place, size_mask, t_limit)) return false;
+      // As long as the walk stays in a mixed leaf no level above is asked.
+      const VoxelPos v = place.voxel;
+      if (leaf && (((v.x ^ in_leaf.x) | (v.y ^ in_leaf.y) | (v.z ^ in_leaf.z)) & ~7) == 0) continue;
+      leaf = nullptr;
+      const RegionPos next = region_from_voxel(v);
       if (next != at) at = next, region = volume_->region(at);
     }
   }

@@ -1,10 +1,11 @@
-/// The ray caster: primary rays and shadow rays through the valley, from four cameras of different kinds.
+/// The ray caster: primary rays and shadow rays through the valley, from all of its cameras.
 #include <cmath>
 
 #include <fmt/format.h>
 
 #include "render/raycast/raycast.h"
 #include "tools/bench/benchmark.h"
+#include "world/scenes/scene.h"
 #include "world/store/mask_walk.h"
 
 namespace tools {
@@ -13,54 +14,8 @@ namespace {
 
 using render::Camera;
 using world::MaskKind;
-using world::Vec3d;
 using world::VoxelPos;
 using world::World;
-using world::WorldPoint;
-
-/// The highest occupied voxel of a column.
-int32_t top_of(const world::MaskVolume& occupied, const world::VoxelBox& bounds, int32_t x, int32_t z) {
-  int32_t y = bounds.max.y;
-  while (y > bounds.min.y && !occupied.test({x, y, z})) --y;
-  return y;
-}
-
-/// Air with a roof of 8 m or more and 3 m of room around it, the nearest below the middle; or the middle's surface.
-VoxelPos find_cave(const world::MaskVolume& occupied, const world::VoxelBox& bounds) {
-  const int32_t x0 = (bounds.min.x + bounds.max.x) / 2, z0 = (bounds.min.z + bounds.max.z) / 2;
-  for (int32_t ring = 0; ring < 400; ring += 8)
-    for (int32_t x = x0 - ring; x <= x0 + ring; x += 8)
-      for (int32_t z = z0 - ring; z <= z0 + ring; z += 8) {
-        if (std::max(std::abs(x - x0), std::abs(z - z0)) != ring) continue;
-        for (int32_t y = top_of(occupied, bounds, x, z) - 12; y > bounds.min.y + 4; --y) {
-          bool room = true, roof = true;
-          for (int32_t d = -3; d <= 3 && room; ++d)
-            room = !occupied.test({x + d, y, z}) && !occupied.test({x, y, z + d}) && !occupied.test({x, y + d / 2, z});
-          for (int32_t d = 5; d <= 12 && room && roof; ++d) roof = occupied.test({x, y + d, z});
-          if (room && roof) return {x, y, z};
-        }
-      }
-  return {x0, top_of(occupied, bounds, x0, z0) + 2, z0};
-}
-
-/// Oblique from above, along the ground, far and grazing, and in a cave.
-std::vector<Camera> cameras_of(const World& world) {
-  const world::MaskVolume& occupied = world.store.masks(MaskKind::occupied);
-  const world::VoxelBox bounds = world.store.bounds();
-  const auto at = [](VoxelPos v, Vec3d forward) {
-    Camera camera;
-    camera.position = {v, Vec3d(0.5, 0.5, 0.5)};
-    camera.forward = glm::normalize(forward);
-    return camera;
-  };
-  const auto above = [&](int percent_x, int percent_z, int32_t metres) {
-    const int32_t x = bounds.min.x + (bounds.max.x - bounds.min.x) * percent_x / 100;
-    const int32_t z = bounds.min.z + (bounds.max.z - bounds.min.z) * percent_z / 100;
-    return VoxelPos{x, top_of(occupied, bounds, x, z) + metres, z};
-  };
-  return {at(above(10, 10, 90), Vec3d(0.7, -0.45, 0.7)), at(above(50, 40, 3), Vec3d(0.8, -0.02, 0.6)),
-          at(above(4, 94, 40), Vec3d(0.75, -0.12, -0.66)), at(find_cave(occupied, bounds), Vec3d(0.6, 0.1, -0.7))};
-}
 
 struct Input {
   const World* world = nullptr;
@@ -86,13 +41,14 @@ struct Input {
 Result<std::shared_ptr<Input>> make_input(BenchContext& context) {
   auto input = std::make_shared<Input>();
   TRY(input->world, context.world("valley"));
-  input->cameras = cameras_of(*input->world);
+  TRY(const world::Scene scene, world::load_scene("valley"));
+  for (const world::CameraPlacement& placement : scene.cameras) input->cameras.push_back(Camera::from(placement));
   TRY(input->backend, render::make_raycast_backend());
   if (context.quick()) input->width = 320, input->height = 180;
   return input;
 }
 
-/// Walks every 8th pixel of every 8th row; with `skip` through the empty cubes, else voxel by voxel.
+/// Casts a ray through every 8th pixel of every 8th row.
 template <class FirstHit>
 double cast_sparse(const Input& input, FirstHit first_hit) {
   double rays = 0;
@@ -141,7 +97,7 @@ Result<Prepared> prepare(BenchContext& context, render::SunShadow shadow) {
 }  // namespace
 
 void add_suite_rays(Registry& registry) {
-  const char* const cameras = "1280x720 from 4 cameras (oblique, ground, far grazing, cave) of the valley";
+  const char* const cameras = "1280x720 from each of the valley's cameras";
   registry.add({.name = "primary",
                 .what = fmt::format("pictures without shadows, {}", cameras),
                 .unit = "M rays/s",
