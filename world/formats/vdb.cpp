@@ -160,10 +160,10 @@ Result<VdbFacts> read_header(std::span<const uint8_t> bytes, std::string_view na
   return facts;
 }
 
-/// Names of grids are any bytes.
-std::string printable(const std::string& bytes) {
+/// Names of grids, and what OpenVDB says of damaged files, are any bytes.
+std::string printable(const std::string& bytes, size_t most = 64) {
   std::string clean;
-  for (const char c : bytes.substr(0, 64)) clean += c >= 32 && c < 127 ? c : '?';
+  for (const char c : bytes.substr(0, most)) clean += c >= 32 && c < 127 ? c : '?';
   return clean;
 }
 
@@ -209,7 +209,7 @@ Result<Loaded> load_here(std::span<const uint8_t> bytes, std::string_view name) 
   } catch (const std::bad_alloc&) {
     return byte_error(name, buffer.position(), "the file asks for more memory than there is; it may be damaged");
   } catch (const std::exception& e) {
-    return byte_error(name, buffer.position(), fmt::format("OpenVDB cannot read it: {}", e.what()));
+    return byte_error(name, buffer.position(), fmt::format("OpenVDB cannot read it: {}", printable(e.what(), 200)));
   }
   return loaded;
 }
@@ -218,7 +218,7 @@ Result<Loaded> load_here(std::span<const uint8_t> bytes, std::string_view name) 
 Result<Loaded> load(std::span<const uint8_t> bytes, std::string_view name) {
   if (const Result<VdbFacts> header = read_header(bytes, name); !header) return header.error();
   initialize_openvdb();
-  const TrialLimits limits{.memory_bytes = (uint64_t{2} << 30) + 16 * bytes.size(),
+  const TrialLimits limits{.memory_bytes = (uint64_t{256} << 20) + 256 * bytes.size(),
                            .cpu_seconds = 2 + static_cast<unsigned>(bytes.size() >> 20)};
   const Status tried = try_in_child(limits, [&]() -> Status {
     const ThreadLimit one(1);  // the pool's threads are not in the child
