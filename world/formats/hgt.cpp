@@ -253,8 +253,7 @@ Result<Plan> make_plan(const Elevation& elevation, const std::string& name, cons
       highest = std::max<double>(highest, elevation.at(row, column));
     }
   }
-  if ((highest - lowest) * plan.vertical_scale / plan.metres > kMaxVoxelsHigh ||
-      highest * plan.vertical_scale / plan.metres > kMaxVoxelsHigh) {
+  if (std::max(std::abs(lowest), std::abs(highest)) * plan.vertical_scale / plan.metres > kMaxVoxelsHigh) {
     return usage_error(fmt::format(
         "{}: the land would be more than {} voxels high; choose more metres per voxel or a smaller vertical scale",
         name, kMaxVoxelsHigh));

@@ -229,7 +229,7 @@ TEST(Hgt, TheReportCountsWhatTheFileHolds) {
 }
 
 TEST(Hgt, OptionsThatDontFitAreUsageErrors) {
-  const Elevation tile = parse_hgt(tile_bytes([](int, int) { return 10; }), "N10E010.hgt").value();
+  Elevation tile = parse_hgt(tile_bytes([](int, int) { return 10; }), "N10E010.hgt").value();
   const auto message = [&](const ImportOptions& options) {
     ImportReport report;
     const auto world = world_from_elevation(tile, "some.hgt", options, report);
@@ -248,6 +248,8 @@ TEST(Hgt, OptionsThatDontFitAreUsageErrors) {
   options.vertical_scale = std::nan("");
   EXPECT_NE(message(options).find("must be above 0"), std::string::npos);
   options.vertical_scale = 1e9;
+  EXPECT_NE(message(options).find("voxels high"), std::string::npos);
+  tile = parse_hgt(tile_bytes([](int, int) { return -400; }), "N10E010.hgt").value();
   EXPECT_NE(message(options).find("voxels high"), std::string::npos);
 }
 
