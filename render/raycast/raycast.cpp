@@ -104,16 +104,11 @@ class Picture {
     spent.primary_ms += ms_since(start);
 
     start = Clock::now();
-    const bool shadows = knobs_.sun_shadow == SunShadow::ray;
-    for (int y = y0; y < y1; ++y)
-      for (int x = x0; x < x1; ++x) {
-        const int i = (y - y0) * kTile + x - x0;
-        const PixelHit& hit = hits[i];
-        sunlit[i] = true;
-        if (!shadows || hit.face == world::kNoFace || !shading_.sun_faces[hit.face]) continue;
-        ++spent.shadow_rays;
-        sunlit[i] = sun_visible(hit);
-      }
+    std::fill(std::begin(sunlit), std::end(sunlit), true);
+    if (knobs_.sun_shadow == SunShadow::ray)
+      for (int qy = y0; qy < y1; qy += kQuad)
+        for (int qx = x0; qx < x1; qx += kQuad)
+          cast_shadows(x0, y0, qx, qy, std::min(qx + kQuad, x1), std::min(qy + kQuad, y1), hits, sunlit, spent);
     spent.shadow_ms += ms_since(start);
 
     start = Clock::now();
@@ -166,7 +161,25 @@ class Picture {
     }
   }
 
-  bool sun_visible(const PixelHit& hit) const {
+  /// Shadow rays of the pixels [qx, ex) x [qy, ey) of the tile at (x0, y0).
+  void cast_shadows(int x0, int y0, int qx, int qy, int ex, int ey, const PixelHit* hits, bool* sunlit,
+                    Spent& spent) const {
+    int todo[kQuad * kQuad], count = 0;
+    world::VoxelBox starts;
+    for (int y = qy; y < ey; ++y)
+      for (int x = qx; x < ex; ++x) {
+        const int i = (y - y0) * kTile + x - x0;
+        if (hits[i].face == world::kNoFace || !shading_.sun_faces[hits[i].face]) continue;
+        todo[count++] = i;
+        starts.include(hits[i].voxel + world::face_step(hits[i].face));
+      }
+    if (count == 0) return;
+    spent.shadow_rays += static_cast<uint64_t>(count);
+    const FreePlane free = free_plane(opaque_, starts, view_.environment().sun_direction);
+    for (int k = 0; k < count; ++k) sunlit[todo[k]] = sun_visible(hits[todo[k]], free);
+  }
+
+  bool sun_visible(const PixelHit& hit, const FreePlane& free) const {
     GridRay primary(camera_, hit.direction);
     const GridRay ray = world::ray_from_surface(primary, {world::WalkEnd::hit, hit.voxel, hit.face, hit.t},
                                                 view_.environment().sun_direction);
@@ -174,7 +187,7 @@ class Picture {
     for (int a = 0; a < 3; ++a) axes.origin[a] = ray.voxel[a], axes.fraction[a] = ray.fraction[a];
     axes.settle_fractions();
     WalkPlace place{ray.voxel, 0, -1};
-    double t_limit = std::numeric_limits<double>::max();
+    double t_limit = std::min(std::numeric_limits<double>::max(), axes.t_at(free.axis, free.plane));
     return (!opaque_.in_bounds(ray.voxel) && !opaque_.clip(axes, place, t_limit)) ||
            !opaque_.find(axes, place, t_limit);
   }

@@ -131,4 +131,55 @@ TileBeam tile_beam(const world::MaskWalker& walker, const world::WorldPoint& cam
   }
 }
 
+FreePlane free_plane(const world::MaskWalker& walker, const world::VoxelBox& box, const Vec3d& direction) {
+  constexpr double kPad = 0x1p-8;
+  int axis = std::abs(direction.x) >= std::abs(direction.y) ? 0 : 1;
+  if (std::abs(direction.z) > std::abs(direction[axis])) axis = 2;
+  const int other[2] = {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2};
+  const bool upwards = direction[axis] > 0;
+  const int32_t* low = walker.low();
+  const int32_t* high = walker.high();
+  const int32_t start = upwards ? box.min[axis] : box.max[axis] + 1;  // no ray starts before this plane
+  const int32_t last = upwards ? box.max[axis] + 1 : box.min[axis];   // nor behind this one
+
+  // All beyond `at` is clear for these rays.
+  int32_t at = upwards ? high[axis] : low[axis];
+  while (upwards ? at > start : at < start) {
+    bool passed = false;
+    for (const int log2 : {7, 5, 3}) {
+      const int32_t size = 1 << log2, cell = (upwards ? at - 1 : at) & ~(size - 1), next = upwards ? cell : cell + size;
+      // How far along the axis a ray may have come within the slab: from the last start, and from the first.
+      const double least = std::max(0.0, upwards ? double(next) - last : double(last) - next);
+      const double most = std::max(0.0, upwards ? double(at) - start : double(start) - at);
+      int64_t from[2], to[2];
+      bool empty = false;
+      for (int k = 0; k < 2; ++k) {
+        const int b = other[k];
+        const double slope = direction[b] / std::abs(direction[axis]);
+        const double nearest = box.min[b] + std::min(least * slope, most * slope) - kPad;
+        const double farthest = box.max[b] + 1 + std::max(least * slope, most * slope) + kPad;
+        from[k] = std::max(static_cast<int64_t>(std::floor(nearest)), int64_t{low[b]}) >> log2;
+        to[k] = std::min(static_cast<int64_t>(std::floor(farthest)), int64_t{high[b]} - 1) >> log2;
+        empty |= from[k] > to[k];
+      }
+      if (!empty && (to[0] - from[0] + 1) * (to[1] - from[1] + 1) > kMostCells) continue;
+      bool clear = true;
+      VoxelPos v;
+      v[axis] = cell;
+      for (int64_t b = from[0]; clear && !empty && b <= to[0]; ++b)
+        for (int64_t c = from[1]; clear && c <= to[1]; ++c) {
+          v[other[0]] = static_cast<int32_t>(b << log2), v[other[1]] = static_cast<int32_t>(c << log2);
+          clear = cell_clear(walker.volume(), log2, v);
+        }
+      if (clear) {
+        at = next;
+        passed = true;
+        break;
+      }
+    }
+    if (!passed) break;
+  }
+  return {axis, at};
+}
+
 }  // namespace render

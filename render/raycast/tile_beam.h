@@ -1,4 +1,5 @@
-/// Where the rays of a tile of pixels may start: a plane of the grid before which none of them meets anything.
+/// Where the rays of a tile of pixels may start: a plane of the grid before which none of them meets anything. And
+/// where its rays to the sun may end: a plane after which none does.
 ///
 /// All rays of a picture start in one point, so those of a tile fill a pyramid. Its longest axis is marched in slabs of
 /// 128, 32, 8, 4, 2 and 1 voxels; a slab is passed where no cube of that size that the pyramid touches holds a voxel.
@@ -24,5 +25,15 @@ struct TileBeam {
 /// default. The camera's own voxel must be clear.
 TileBeam tile_beam(const world::MaskWalker& walker, const world::WorldPoint& camera, const PixelRays& rays, double x0,
                    double y0, double x1, double y1, const TileBeam& parent);
+
+/// Parallel rays from anywhere in a box of voxels meet nothing once they have crossed this plane.
+struct FreePlane {
+  int axis = 0;
+  int32_t plane = 0;
+};
+
+/// Marches from the bounds of the volume back towards the box, against the direction (not zero), through slabs of 128,
+/// 32 and 8 voxels.
+FreePlane free_plane(const world::MaskWalker& walker, const world::VoxelBox& box, const Vec3d& direction);
 
 }  // namespace render
