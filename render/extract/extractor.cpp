@@ -59,7 +59,9 @@ ExtractReport Extractor::rebuild(const WorldView& view, const ExtractKnobs& knob
       made[i] = std::make_unique<Chunk>();
       made[i]->pos = positions[i];
       made[i]->origin = voxel_from_chunk(positions[i]);
-      made[i]->by_leaf = faces;
+      ChunkFaces& kept = made[i]->by_leaf;
+      kept.slot = faces.slot, kept.leaf = faces.leaf;
+      kept.faces.assign(faces.faces.begin(), faces.faces.begin() + static_cast<std::ptrdiff_t>(faces.leaf.size()));
       make_records(view.store(), *made[i]);
     }
   });

@@ -1,6 +1,6 @@
 // One rectangle of voxel faces in 8 bytes, the same for C++ and GLSL (there: a uvec2).
 //
-//   word 0   bits  0..5  x   6..11 y   12..17 z   of the rectangle's voxel with the smallest coordinates, in its chunk
+//   word 0   bits  0..5  z   6..11 y   12..17 x   of the rectangle's voxel with the smallest coordinates, in its chunk
 //            bits 18..23 width - 1     24..29 height - 1     30..31 zero
 //   word 1   bits  0..15 block id      16..18 face (-X +X -Y +Y -Z +Z)      19..31 zero
 //
@@ -22,7 +22,7 @@ using glm::uvec3;
 #define LOAM_SHARED
 #endif
 
-LOAM_SHARED uvec3 face_voxel(uint word0) { return uvec3(word0 & 63u, (word0 >> 6) & 63u, (word0 >> 12) & 63u); }
+LOAM_SHARED uvec3 face_voxel(uint word0) { return uvec3((word0 >> 12) & 63u, (word0 >> 6) & 63u, word0 & 63u); }
 LOAM_SHARED uint face_width(uint word0) { return ((word0 >> 18) & 63u) + 1u; }
 LOAM_SHARED uint face_height(uint word0) { return ((word0 >> 24) & 63u) + 1u; }
 LOAM_SHARED uint face_block(uint word1) { return word1 & 65535u; }
@@ -54,7 +54,7 @@ static_assert(sizeof(FaceRecord) == 8);
 
 // width and height 1..64; x, y, z 0..63.
 constexpr FaceRecord make_face_record(uint x, uint y, uint z, uint width, uint height, uint face, uint block) {
-  return {x | y << 6 | z << 12 | (width - 1) << 18 | (height - 1) << 24, block | face << 16};
+  return {z | y << 6 | x << 12 | (width - 1) << 18 | (height - 1) << 24, block | face << 16};
 }
 }  // namespace render
 #endif

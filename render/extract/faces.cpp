@@ -9,9 +9,10 @@ namespace render {
 using namespace world;
 
 bool LeafFaces::is_none() const {
+  uint64_t any = 0;
   for (const LeafMask& mask : face)
-    if (!mask.is_none()) return false;
-  return true;
+    for (uint64_t word : mask.word) any |= word;
+  return any == 0;
 }
 
 int LeafFaces::count() const { return static_cast<int>(count_faces(this, 1)); }
@@ -19,7 +20,6 @@ int LeafFaces::count() const { return static_cast<int>(count_faces(this, 1)); }
 void ChunkFaces::clear() {
   slot.fill(kNone);
   leaf.clear();
-  faces.clear();
 }
 
 bool ChunkFaces::set(int index, const LeafFaces& value) {
@@ -27,18 +27,18 @@ bool ChunkFaces::set(int index, const LeafFaces& value) {
   if (value.is_none()) {
     if (old == kNone) return false;
     // Fill the gap with the last one.
-    faces[old] = faces.back();
+    faces[old] = faces[leaf.size() - 1];
     leaf[old] = leaf.back();
     slot[leaf[old]] = old;
     slot[index] = kNone;
-    faces.pop_back();
     leaf.pop_back();
     return true;
   }
   if (old == kNone) {
     slot[index] = static_cast<uint16_t>(leaf.size());
+    if (faces.size() == leaf.size()) faces.emplace_back();
+    faces[leaf.size()] = value;
     leaf.push_back(static_cast<uint16_t>(index));
-    faces.push_back(value);
     return true;
   }
   if (faces[old] == value) return false;
@@ -46,7 +46,7 @@ bool ChunkFaces::set(int index, const LeafFaces& value) {
   return true;
 }
 
-uint64_t ChunkFaces::count() const { return count_faces(faces.data(), faces.size()); }
+uint64_t ChunkFaces::count() const { return count_faces(faces.data(), leaf.size()); }
 
 namespace {
 
@@ -68,7 +68,17 @@ class RegionStar {
     self_ = get(pos);
   }
   const MaskRegion& self() const { return *self_; }
-  const LeafMask& leaf(LeafPos l) const { return at(l.x - origin_.x, l.y - origin_.y, l.z - origin_.z).leaf(l); }
+  /// As MaskRegion::leaf, without branches: at a surface they are guessed wrong.
+  const LeafMask& leaf(LeafPos l) const {
+    static const LeafMask kUniform[2] = {kNoneMask, kAllMask};
+    const MaskRegion& r = at(l.x - origin_.x, l.y - origin_.y, l.z - origin_.z);
+    const int group = leaf_group(l), bit = leaf_group_bit(l);
+    const uint64_t any = r.any[group] >> bit & 1, full = r.full[group] >> bit & 1;
+    const auto mixed =
+        reinterpret_cast<uintptr_t>(r.masks.data()) + size_t{r.slot[index_in_region(l)]} * sizeof(LeafMask);
+    const auto uniform = reinterpret_cast<uintptr_t>(&kUniform[full]);
+    return *reinterpret_cast<const LeafMask*>(uniform ^ ((mixed ^ uniform) & (0 - (any & ~full))));
+  }
   /// `full` of the group of 4^3 leaves at (x, y, z), each -1..4 and at most one of them outside 0..3.
   uint64_t full(int x, int y, int z) const { return at(x * 4, y * 4, z * 4).full[group(x, y, z)]; }
   uint64_t any(int x, int y, int z) const { return at(x * 4, y * 4, z * 4).any[group(x, y, z)]; }
@@ -150,6 +160,10 @@ void keep_larger_ids(LeafMask& touching, int face, const LeafBlocks& self, const
                      const LeafMask* equal) {
   const int axis = face_axis(face), step = kIndexStep[axis] * face_sign(face);
   const int border = face_sign(face) > 0 ? 7 : 0;
+  if (!self.values && !next.values && self.uniform == next.uniform) {
+    touching = LeafMask::none();
+    return;
+  }
   for (int x = 0; x < 8; ++x) {
     uint64_t bits = touching.word[x];
     if (equal) bits &= ~equal->word[x];
@@ -157,7 +171,6 @@ void keep_larger_ids(LeafMask& touching, int face, const LeafBlocks& self, const
     for (; bits != 0; bits &= bits - 1) {
       const int i = x << 6 | __builtin_ctzll(bits);
       const bool leaves = offset_in_leaf(i)[axis] == border;
-      if (!leaves && !self.values) continue;
       const BlockId beside_id = leaves ? next[i + step - 8 * step] : self[i + step];
       if (self[i] > beside_id) kept |= bits & -bits;
     }
@@ -165,28 +178,27 @@ void keep_larger_ids(LeafMask& touching, int face, const LeafBlocks& self, const
   }
 }
 
+/// Clears all but the layer of voxels next to the leaf beyond `face`.
+void keep_border(int face, LeafMask& mask) {
+  constexpr uint64_t kBorder[kFaces] = {
+      ~0ull, ~0ull, 0xff, 0xffull << 56, 0x0101010101010101ull, 0x8080808080808080ull};
+  for (int x = 0; x < 8; ++x)
+    mask.word[x] &= (face == kFaceNegX && x != 0) || (face == kFacePosX && x != 7) ? 0 : kBorder[face];
+}
+
 /// Adds the faces of a leaf's transparent voxels.
 void add_transparent_faces(const LeafNeighbourhood& occupied, const LeafNeighbourhood& opaque, StoreReader* reader,
                            LeafPos leaf, LeafFaces& faces) {
-  LeafMask transparent, touching[kFaces];
-  for (int x = 0; x < 8; ++x) transparent.word[x] = occupied.self->word[x] & ~opaque.self->word[x];
-  if (transparent.is_none()) return;
-  bool any_touching = false;
-  for (int f = 0; f < kFaces; ++f) {
-    const LeafMask beside_occupied = seen_towards(f, *occupied.self, *occupied.neighbour[f]);
-    const LeafMask beside_opaque = seen_towards(f, *opaque.self, *opaque.neighbour[f]);
-    for (int x = 0; x < 8; ++x) {
-      faces.face[f].word[x] |= transparent.word[x] & ~beside_occupied.word[x];
-      touching[f].word[x] = transparent.word[x] & beside_occupied.word[x] & ~beside_opaque.word[x];
-    }
-    any_touching |= !touching[f].is_none();
-  }
-  if (!any_touching) return;
+  LeafFaces touching;
+  if (!transparent_faces(occupied, opaque, faces, touching)) return;
   CHECK(reader != nullptr);
   const LeafBlocks self = reader->leaf(leaf);
   LeafBlocks next[kFaces];
-  for (int f = 0; f < kFaces; ++f)
-    if (!touching[f].is_none()) next[f] = reader->leaf(beside(leaf, f));
+  for (int f = 0; f < kFaces; ++f) {
+    LeafMask& touches = touching.face[f];
+    if (!self.values) keep_border(f, touches);
+    if (!touches.is_none()) next[f] = reader->leaf(beside(leaf, f));
+  }
   // Most voxels touch their own kind: those are taken out many at a time.
   LeafMask equal[3];
   if (self.values) {
@@ -194,19 +206,20 @@ void add_transparent_faces(const LeafNeighbourhood& occupied, const LeafNeighbou
     equal_neighbours(self.values, ids, equal);
   }
   for (int f = 0; f < kFaces; ++f) {
-    if (touching[f].is_none()) continue;
+    LeafMask& touches = touching.face[f];
+    if (touches.is_none()) continue;
     const LeafMask equal_below = face_sign(f) < 0 ? seen_towards(f, equal[face_axis(f)], kNoneMask) : LeafMask{};
     const LeafMask& same = face_sign(f) < 0 ? equal_below : equal[face_axis(f)];
-    keep_larger_ids(touching[f], f, self, next[f], self.values ? &same : nullptr);
-    for (int x = 0; x < 8; ++x) faces.face[f].word[x] |= touching[f].word[x];
+    keep_larger_ids(touches, f, self, next[f], self.values ? &same : nullptr);
+    for (int x = 0; x < 8; ++x) faces.face[f].word[x] |= touches.word[x];
   }
 }
 
-void leave_out_sealed(const LeafNeighbourhood& sealed, LeafFaces& faces) {
-  for (int f = 0; f < kFaces; ++f) {
-    const LeafMask hidden = seen_towards(f, *sealed.self, *sealed.neighbour[f]);
-    for (int x = 0; x < 8; ++x) faces.face[f].word[x] &= ~hidden.word[x];
-  }
+/// As !=, without a branch a word.
+bool differ(const LeafMask& a, const LeafMask& b) {
+  uint64_t different = 0;
+  for (int x = 0; x < 8; ++x) different |= a.word[x] ^ b.word[x];
+  return different != 0;
 }
 
 /// The volumes around one region.
@@ -220,11 +233,12 @@ struct Stars {
   RegionStar occupied, opaque, sealed;
   bool has_transparent, has_sealed;
 
-  /// Adds to the opaque faces of a leaf what is left to do.
-  void finish(StoreReader* reader, LeafPos leaf, const LeafNeighbourhood& around, LeafFaces& faces) const {
-    if (has_transparent && occupied.leaf(leaf) != *around.self)
-      add_transparent_faces(neighbourhood(occupied, leaf), around, reader, leaf, faces);
-    if (has_sealed) leave_out_sealed(neighbourhood(sealed, leaf), faces);
+  /// Adds to the opaque faces of a leaf what is left to do. True where that may have changed them.
+  bool finish(StoreReader* reader, LeafPos leaf, const LeafNeighbourhood& around, LeafFaces& faces) const {
+    const bool transparent = has_transparent && differ(occupied.leaf(leaf), *around.self);
+    if (transparent) add_transparent_faces(neighbourhood(occupied, leaf), around, reader, leaf, faces);
+    if (has_sealed) remove_faces_towards(neighbourhood(sealed, leaf), faces);
+    return transparent || has_sealed;
   }
 };
 
@@ -236,7 +250,6 @@ uint64_t extract_chunk_faces(const FaceSource& source, StoreReader* reader, Chun
   const Stars stars(source, region);
   uint64_t looked_at = 0;
   thread_local LeafNeighbourhood around[64];
-  thread_local LeafFaces faces[64];
   for (int g = 0; g < 8; ++g) {
     const int gx = (chunk.x & 1) * 2 + (g >> 2), gy = (chunk.y & 1) * 2 + (g >> 1 & 1),
               gz = (chunk.z & 1) * 2 + (g & 1);
@@ -252,14 +265,18 @@ uint64_t extract_chunk_faces(const FaceSource& source, StoreReader* reader, Chun
       leaves[count] = {first.x + (bit >> 4), first.y + (bit >> 2 & 3), first.z + (bit & 3)};
       around[count] = neighbourhood(stars.opaque, leaves[count]);
     }
-    opaque_faces(around, count, faces);
+    const size_t begin = out.leaf.size();
+    if (out.faces.size() < begin + count) out.faces.resize(begin + count);
+    const uint64_t not_none = opaque_faces(around, count, out.faces.data() + begin);
     for (size_t i = 0; i < count; ++i) {
-      stars.finish(reader, leaves[i], around[i], faces[i]);
-      if (faces[i].is_none()) continue;
+      LeafFaces& faces = out.faces[begin + i];
+      const bool changed = stars.finish(reader, leaves[i], around[i], faces);
+      if (changed ? faces.is_none() : !(not_none >> i & 1)) continue;
+      const size_t kept = out.leaf.size();
+      if (kept != begin + i) out.faces[kept] = faces;
       const int index = index_in_chunk(leaves[i]);
-      out.slot[index] = static_cast<uint16_t>(out.leaf.size());
+      out.slot[index] = static_cast<uint16_t>(kept);
       out.leaf.push_back(static_cast<uint16_t>(index));
-      out.faces.push_back(faces[i]);
     }
     looked_at += count;
   }
