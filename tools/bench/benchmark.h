@@ -80,7 +80,7 @@ enum class Better { higher, lower };
 /// What one call's time is turned into.
 enum class Timing {
   rate,          // run() returns the work done;  value = work / seconds / scale
-  milliseconds,  // what run() returns is ignored; value = ms of one call (run() may return NaN to fail)
+  milliseconds,  // what run() returns is ignored; value = ms of one call / scale (run() may return NaN to fail)
   reported,      // run() returns the value itself: bytes per m^3, or a time that it took from a report
 };
 
@@ -118,7 +118,7 @@ struct Bench {
   std::string unit;  // "G voxels/s", "ms", "B/m^3"
   Better better = Better::higher;
   Timing timing = Timing::rate;
-  double scale = 1;  // of Timing::rate: 1e6 where the unit says M
+  double scale = 1;  // of Timing::rate: 1e6 where the unit says M; of milliseconds: 1e-3 where it says us
   int threads = 0;   // parallel loops are held to this many; 0 = all. 1 is printed as "a core"
   Clock clock = Clock::automatic;
   int repetitions = 0;  // 0 = the runner's usual number

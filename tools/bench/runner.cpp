@@ -59,7 +59,7 @@ double value_of(const Repetition& r, int calls, const Bench& bench) {
   if (!std::isfinite(r.returned)) return kNan;
   if (bench.timing == Timing::reported) return r.returned / calls;
   const double seconds = std::max(r.seconds, 1e-9);  // the clock's grain
-  return bench.timing == Timing::rate ? r.returned / seconds / bench.scale : 1e3 * seconds / calls;
+  return bench.timing == Timing::rate ? r.returned / seconds / bench.scale : 1e3 * seconds / calls / bench.scale;
 }
 
 /// Rounds over all contenders, each round in its own order, until there are enough or time is up.
