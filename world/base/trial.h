@@ -9,7 +9,7 @@
 namespace world {
 
 struct TrialLimits {
-  uint64_t memory_bytes = uint64_t{2} << 30;  // beyond what the program has now; not enforced under AddressSanitizer
+  uint64_t memory_bytes = uint64_t{2} << 30;  // beyond what the program has now
   unsigned cpu_seconds = 5;
 };
 

@@ -210,6 +210,25 @@ TEST(HardCaseIO10, ACutVdbIsAnErrorThatNamesFileAndByte) {
   }
 }
 
+TEST(HardCaseIO10, ANumberThatIsNotFiniteIsRejected) {
+  const auto path = shared_data("vdb/wdas_cloud_sixteenth.vdb");
+  if (!path) GTEST_SKIP();
+  // Its values lie uncompressed in the second half; one of them is 1.
+  const Bytes whole = bytes_of(*path);
+  const uint8_t one[] = {0x00, 0x00, 0x80, 0x3f};
+  for (const std::array<uint8_t, 4>& bad : {std::array<uint8_t, 4>{0, 0, 0xc0, 0x7f}, {0, 0, 0x80, 0xff}}) {
+    Bytes bytes = whole;
+    const auto at =
+        std::search(bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() / 2), bytes.end(), one, one + 4);
+    ASSERT_NE(at, bytes.end());
+    std::copy(bad.begin(), bad.end(), at);
+    const auto facts = inspect_vdb(bytes, "some.vdb");
+    ASSERT_FALSE(facts);
+    EXPECT_NE(facts.error().message.find("some.vdb: grid 'density'"), std::string::npos) << facts.error().message;
+    EXPECT_NE(facts.error().message.find("not a finite number"), std::string::npos) << facts.error().message;
+  }
+}
+
 TEST(HardCaseIO10, DamagedVdbsNeverCrashAndGiveNoNumberThatIsNotFinite) {
   const auto path = shared_data("vdb/torus01.vdb");
   if (!path) GTEST_SKIP();
