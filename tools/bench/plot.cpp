@@ -97,13 +97,44 @@ void draw_axes(Picture& picture, const LogAxis& time, const LogAxis& error, cons
   }
   picture.svg += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\" stroke=\"#333\"/>\n",
                              kLeft, kTop, kRight - kLeft, kBottom - kTop);
-  picture.text((kLeft + kRight) / 2, kBottom + 44, "text-anchor=\"middle\"", "ms of one call of " + s.work_unit);
+  picture.text((kLeft + kRight) / 2, kBottom + 44, "text-anchor=\"middle\"", "ms of one call; work: " + s.work_unit);
   picture.svg += fmt::format("<text transform=\"translate(22 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
                              (kTop + kBottom) / 2, escaped(s.metrics.empty() ? "error" : s.metrics[0]));
 }
 
+/// Where labels go without covering each other; what finds no place is left to the tooltip.
+class Labels {
+ public:
+  void put(Picture& picture, double x, double y, const std::string& words, const std::string& colour) {
+    const double width = 5.4 * static_cast<double>(words.size());
+    for (const auto& [dx, dy] : {std::pair{7.0, -5.0}, {7.0, 12.0}, {-7.0 - width, -5.0}, {-7.0 - width, 12.0}}) {
+      const Box box{x + dx, y + dy - 8, x + dx + width, y + dy + 1};
+      if (std::any_of(taken_.begin(), taken_.end(), [&](const Box& other) { return meet(box, other); })) continue;
+      taken_.push_back(box);
+      picture.text(x + dx, y + dy, "font-size=\"9\" fill=\"" + colour + "\"", words);
+      return;
+    }
+  }
+
+ private:
+  struct Box {
+    double left, top, right, bottom;
+  };
+  static bool meet(const Box& a, const Box& b) {
+    return a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+  }
+  std::vector<Box> taken_;
+};
+
+/// "method@knob" -> "knob": the colour says the method.
+std::string short_label(const PointResult& p) {
+  const size_t at = p.setting.rfind('@');
+  return at == std::string::npos || p.setting.compare(0, at, p.method) != 0 ? p.setting : p.setting.substr(at + 1);
+}
+
 void draw_point(Picture& picture, double x, double y, const PointResult& p, double error, const std::string& colour) {
   const std::string stroke = "stroke=\"" + colour + "\" stroke-width=\"2\"";
+  picture.svg += "<g><title>" + escaped(p.setting) + "</title>\n";
   if (p.failed) {
     picture.line(x - 5, y - 5, x + 5, y + 5, stroke);
     picture.line(x - 5, y + 5, x + 5, y - 5, stroke);
@@ -116,6 +147,7 @@ void draw_point(Picture& picture, double x, double y, const PointResult& p, doub
   }
   if (p.is_default)
     picture.svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"9\" fill=\"none\" stroke=\"#333\"/>\n", x, y);
+  picture.svg += "</g>\n";
 }
 
 }  // namespace
@@ -136,6 +168,8 @@ std::string pareto_svg(const SubjectResult& s) {
     errors.push_back(p.errors.empty() ? NAN : p.errors[0].median);
   }
   if (s.noise_floor > 0) errors.push_back(s.noise_floor);
+  const bool exact = std::any_of(errors.begin(), errors.end(), [](double e) { return e == 0; });
+  if (exact) picture.text(kLeft + 6, kBottom - 14, "fill=\"#555\" font-size=\"10\"", "triangles: exact, error 0");
   const LogAxis time(times, kLeft, kRight), error(errors, kBottom, kTop);
   draw_axes(picture, time, error, s);
 
@@ -162,6 +196,7 @@ std::string pareto_svg(const SubjectResult& s) {
   std::vector<std::string> methods;
   for (const PointResult& p : s.points)
     if (std::find(methods.begin(), methods.end(), p.method) == methods.end()) methods.push_back(p.method);
+  Labels labels;
   for (size_t m = 0; m < methods.size(); ++m) {
     const std::string colour = kColours[m % std::size(kColours)];
     std::vector<std::pair<double, double>> line;
@@ -173,14 +208,14 @@ std::string pareto_svg(const SubjectResult& s) {
       if (p.method != methods[m]) continue;
       const auto [x, y] = place(i);
       draw_point(picture, x, y, p, errors[i], colour);
-      picture.text(x + 7, y - 5, "font-size=\"9\" fill=\"" + colour + "\"", p.setting);
+      labels.put(picture, x, y, short_label(p), colour);
     }
     const double y = kTop + 14 + 18 * static_cast<double>(m);
     picture.svg += fmt::format("<circle cx=\"{}\" cy=\"{:.1f}\" r=\"4\" fill=\"{}\"/>\n", kRight + 16, y - 4, colour);
     std::string legend = methods[m];
     for (const SlopeResult& slope : s.slopes)
       if (slope.method == methods[m] && slope.fitted)
-        legend += fmt::format(" (slope {:.2f}, expected {:.2f})", *slope.fitted, slope.expected);
+        legend += fmt::format(", slope {:.2f}", std::round(*slope.fitted * 100) / 100 + 0.0);
     picture.text(kRight + 26, y, "font-size=\"11\"", legend);
   }
   return picture.svg + "</svg>\n";

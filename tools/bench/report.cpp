@@ -51,6 +51,7 @@ Json row_json(const RowResult& r) {
                {"spread", spread_json(r.value)},
                {"ratio_spread", r.ratio ? spread_json(*r.ratio) : Json()},
                {"calls", r.calls},
+               {"cpu_ms", number_or_null(r.cpu_ms)},
                {"reach_origin", r.reach ? Json(r.reach->origin) : Json()},
                {"limit", r.limit ? Json(r.limit->value) : Json()},
                {"limit_origin", r.limit ? Json(r.limit->origin) : Json()},
@@ -187,6 +188,8 @@ std::string run_text(const std::vector<RowResult>& rows) {
       notes += fmt::format("{}: {} {} {}\n", name, r.rivals[i].name, number_text(r.rivals[i].value.median), r.unit);
     if (r.limit)
       notes += fmt::format("{}: at most {} {} ({})\n", name, number_text(r.limit->value), r.unit, r.limit->origin);
+    if (!r.thread_clock && r.cpu_ms > 0)
+      notes += fmt::format("{}: {} ms of processor time a call, all threads\n", name, number_text(r.cpu_ms));
     for (const auto& [counter, value] : r.counters)
       notes += fmt::format("{}: {} {}\n", name, counter, number_text(value));
   }

@@ -20,25 +20,29 @@ double wall_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-double thread_seconds() {
+double cpu_seconds(clockid_t clock) {
   timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  clock_gettime(clock, &t);
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
+double thread_seconds() { return cpu_seconds(CLOCK_THREAD_CPUTIME_ID); }
 
 struct Repetition {
   double seconds = 0;  // by the row's clock, all calls
   double wall = 0;
+  double cpu = 0;       // of all threads of this process
   double returned = 0;  // sum of what the calls returned
 };
 
 Repetition repeat(const Contender& contender, int calls, bool thread_clock) {
   if (contender.before) contender.before();
   Repetition r;
+  const double cpu = cpu_seconds(CLOCK_PROCESS_CPUTIME_ID);
   const double wall = wall_seconds(), start = thread_clock ? thread_seconds() : wall;
   for (int i = 0; i < calls; ++i) r.returned += contender.run();
   r.seconds = (thread_clock ? thread_seconds() : wall_seconds()) - start;
   r.wall = wall_seconds() - wall;
+  r.cpu = cpu_seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu;
   return r;
 }
 
@@ -88,9 +92,13 @@ Status measure_row(const Bench& bench, Prepared& prepared, const RunOptions& opt
 
   std::vector<std::vector<double>> values(contenders.size());
   const int repetitions = bench.repetitions > 0 ? bench.repetitions : options.repetitions;
+  std::vector<double> cpu_ms;
   interleave(contenders.size(), options, repetitions, [&](size_t i) {
-    values[i].push_back(value_of(repeat(*contenders[i], calls[i], result.thread_clock), calls[i], bench));
+    const Repetition r = repeat(*contenders[i], calls[i], result.thread_clock);
+    values[i].push_back(value_of(r, calls[i], bench));
+    if (i == 0) cpu_ms.push_back(1e3 * r.cpu / calls[i]);
   });
+  result.cpu_ms = spread_of(cpu_ms).median;
 
   result.value = spread_of(values[0]);
   for (size_t i = 1; i < contenders.size(); ++i) result.rivals.push_back({contenders[i]->name, spread_of(values[i])});

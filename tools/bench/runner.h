@@ -49,6 +49,8 @@ struct RowResult {
   std::optional<Spread> ratio;
   std::optional<Reach> reach, limit;
   std::optional<bool> met;  // the median against the reach
+  /// Processor time of one call of ours, all threads of this process: what a busy machine does not stretch much.
+  double cpu_ms = 0;
   std::map<std::string, double> counters;
   int calls = 1;           // in one repetition
   std::string error;       // empty: fine
