@@ -95,12 +95,21 @@ void cull(FacePool& pool, const Camera& camera, const PixelRays& rays, double vi
   }
   const bool test = may_test && faces > kFewFaces;
 
+  // What the first pass draws: what may have been seen last time; where little was, for instance before the first
+  // picture, the nearest too.
+  std::vector<bool> in_first(out.clusters.size());
+  uint64_t first_faces = 0;
+  for (size_t i = 0; i < out.clusters.size(); ++i)
+    if (!test || out.clusters[i]->visible) in_first[i] = true, first_faces += out.clusters[i]->count;
+  for (size_t i = 0; i < out.clusters.size() && first_faces < kFewFaces; ++i)
+    if (!in_first[i]) in_first[i] = true, first_faces += out.clusters[i]->count;
+
   // First pass: a draw for each run of clusters that lie together in memory.
   for (uint32_t page = 0; page < pool.pages(); ++page) {
     const FaceCluster* last = nullptr;
     for (size_t i = 0; i < out.clusters.size(); ++i) {
       const FaceCluster& cluster = *out.clusters[i];
-      if (out.chunks[instances[i]].page != static_cast<int32_t>(page) || (test && !cluster.visible)) continue;
+      if (out.chunks[instances[i]].page != static_cast<int32_t>(page) || !in_first[i]) continue;
       out.first_faces += cluster.count;
       if (last && last->first + last->count == cluster.first && out.draws.back().firstInstance == instances[i])
         out.draws.back().indexCount += cluster.count * 6;
@@ -128,7 +137,7 @@ void cull(FacePool& pool, const Camera& camera, const PixelRays& rays, double vi
                            -1,
                            {corner.x + box.max[0], corner.y + box.max[1], corner.z + box.max[2]},
                            0};
-      if (cluster.visible) continue;
+      if (in_first[i]) continue;
       out.candidates[i].draw = static_cast<int32_t>(out.draws.size());
       out.draws.push_back({cluster.count * 6, 0, 0, static_cast<int32_t>(cluster.first * 4), instances[i]});
     }

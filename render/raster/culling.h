@@ -33,9 +33,10 @@ struct DrawList {
 
 /// What of the pool to draw from the camera, `rays` being the camera's at the picture's size. Chunks front to back.
 ///
-/// First pass: what may have been seen last time. Its depth then says which of the others may be seen; those are drawn
-/// by a second pass. So each picture is whole whatever was seen before, and pictures that follow each other draw little
-/// that is hidden. Where few faces lie in the frustum, or may_test is false, all are in the first pass.
+/// First pass: what may have been seen last time, or the nearest faces. Its depth then says which of the others may be
+/// seen; those are drawn by a second pass. So each picture is whole whatever was seen before, and pictures that follow
+/// each other draw little that is hidden. Where few faces lie in the frustum, or may_test is false, all are in the
+/// first pass.
 void cull(FacePool& pool, const Camera& camera, const PixelRays& rays, double view_distance, bool may_test,
           DrawList& out);
 

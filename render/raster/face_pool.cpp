@@ -46,7 +46,7 @@ void write_clusters(const ExtractedChunk& source, PooledChunk& chunk, FaceRecord
       uint32_t end = begin;
       for (size_t c = 0; c < 64 && start[c + 1] <= begin + kClusterRecords; ++c) end = std::max(end, start[c + 1]);
       if (end <= begin) end = std::min(begin + kClusterRecords, count);
-      FaceCluster cluster{chunk.first + written + begin, end - begin, {}, static_cast<uint8_t>(direction), true};
+      FaceCluster cluster{chunk.first + written + begin, end - begin, {}, static_cast<uint8_t>(direction), false};
       for (uint32_t i = begin; i < end; ++i) cluster.box.include(box_of(first[i]));
       chunk.clusters.push_back(cluster);
       begin = end;

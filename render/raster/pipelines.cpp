@@ -23,8 +23,7 @@ world::Result<gpu::Owned<VkShaderModule>> make_module(gpu::Device& device, std::
 
 VkDescriptorType binding_type(uint32_t binding) {
   if (binding == kBindPicture) return VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
-  if (binding == kBindSeen) return VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
-  if (binding == kBindDepth) return VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE;
+  if (binding == kBindSeen || binding == kBindDepth) return VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE;
   return VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
 }
 

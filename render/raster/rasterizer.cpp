@@ -119,7 +119,7 @@ world::Status Rasterizer::fit_targets(int width, int height) {
   targets_ = {};
   const VkExtent2D extent{static_cast<uint32_t>(width), static_cast<uint32_t>(height)};
   TRY(targets_.seen,
-      gpu::make_image(*device_, extent, kSeenFormat, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_STORAGE_BIT,
+      gpu::make_image(*device_, extent, kSeenFormat, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT,
                       VK_IMAGE_ASPECT_COLOR_BIT));
   TRY(targets_.depth, gpu::make_image(*device_, extent, kDepthFormat,
                                       VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT,
@@ -165,12 +165,11 @@ world::Status Rasterizer::write_sets() {
   const uint32_t sets = static_cast<uint32_t>(pool_.pages()) + bands;  // the occlusion test uses the first band's
   if (sets > descriptor_sets_) {
     const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, sets},
-                                          {VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, sets},
-                                          {VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE, sets},
+                                          {VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE, sets * 2},
                                           {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, sets * kBindings}};
     auto info = gpu::vk_info<VkDescriptorPoolCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO);
     info.maxSets = sets;
-    info.poolSizeCount = 4;
+    info.poolSizeCount = 3;
     info.pPoolSizes = sizes;
     VkDescriptorPool pool = VK_NULL_HANDLE;
     VK_CHECK(vkCreateDescriptorPool(device_->handle(), &info, nullptr, &pool));
@@ -200,13 +199,13 @@ world::Status Rasterizer::write_sets() {
     w.pBufferInfo = &what;
     vkUpdateDescriptorSets(device_->handle(), 1, &w, 0, nullptr);
   };
-  const auto write_image = [&](VkDescriptorSet set, uint32_t binding, VkDescriptorType type, VkImageView view) {
+  const auto write_image = [&](VkDescriptorSet set, uint32_t binding, VkImageView view) {
     const VkDescriptorImageInfo what{VK_NULL_HANDLE, view, VK_IMAGE_LAYOUT_GENERAL};
     auto w = gpu::vk_info<VkWriteDescriptorSet>(VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET);
     w.dstSet = set;
     w.dstBinding = binding;
     w.descriptorCount = 1;
-    w.descriptorType = type;
+    w.descriptorType = VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE;
     w.pImageInfo = &what;
     vkUpdateDescriptorSets(device_->handle(), 1, &w, 0, nullptr);
   };
@@ -230,8 +229,8 @@ world::Status Rasterizer::write_sets() {
     write(set, kBindCandidates, candidates_);
     write(set, kBindDraws, draws_);
     write(set, kBindVisible, visible_);
-    write_image(set, kBindSeen, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, targets_.seen.view);
-    write_image(set, kBindDepth, VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE, targets_.depth.view);
+    write_image(set, kBindSeen, targets_.seen.view);
+    write_image(set, kBindDepth, targets_.depth.view);
   }
   return {};
 }
@@ -308,7 +307,7 @@ void Rasterizer::record_occlusion(VkCommandBuffer commands) {
 void Rasterizer::record_shading(VkCommandBuffer commands, VkPipeline shade) {
   image_barrier(commands, targets_.seen.handle, VK_IMAGE_ASPECT_COLOR_BIT, VK_IMAGE_LAYOUT_GENERAL,
                 VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT,
-                VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_READ_BIT);
+                VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, shade);
   for (uint32_t band = 0; band < band_sets_.size(); ++band) {
     const uint32_t first = band * targets_.band_rows;

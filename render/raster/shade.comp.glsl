@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_samplerless_texture_functions : require
 // Radiance of each pixel from what it sees: the formula of render/shading.h, and the sky where it sees nothing.
 #include "render/raster/raster.shared.h"
 
@@ -7,7 +8,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = kSpecSunShadow) const bool kSunShadow = false;
 layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
 layout(binding = kBindMaterials, std430) readonly buffer Materials { vec4 materials[]; };
-layout(binding = kBindSeen, rg32ui) readonly uniform uimage2D seen_image;
+layout(binding = kBindSeen) uniform utexture2D seen_image;
 layout(push_constant) uniform Band { uint first_row; };  // the rows of this dispatch; `radiance` starts at them
 layout(binding = kBindRadiance, std430) writeonly buffer Radiance { float radiance[]; };
 
@@ -52,7 +53,7 @@ bool sun_visible(const ivec3 start, const vec3 fraction) {
   const vec3 inverse = 1.0 / sun;
   ivec3 voxel = start, region = voxel >> 7;
   int place = find_region(region);
-  for (int steps = 0; steps < 100000; ++steps) {
+  for (int steps = 0; steps < 16384; ++steps) {
     const int size = clear_cube(voxel, place);
     if (size == 0) return false;
     // Leave the clear cube by the nearest of its planes ahead.
@@ -73,8 +74,7 @@ bool sun_visible(const ivec3 start, const vec3 fraction) {
   return true;
 }
 
-vec3 sky(vec3 ray) {
-  const float cosine = ray.y / length(ray);
+vec3 sky(float cosine) {
   if (cosine < 0.0) return picture.sky_ground.rgb;
   return picture.sky_horizon.rgb + (picture.sky_zenith.rgb - picture.sky_horizon.rgb) * cosine;
 }
@@ -83,15 +83,16 @@ void main() {
   const uvec2 pixel = gl_GlobalInvocationID.xy + uvec2(0, first_row);
   const uint width = uint(picture.screen.x), height = uint(picture.screen.y);
   if (pixel.x >= width || pixel.y >= height) return;
-  const uvec2 seen = imageLoad(seen_image, ivec2(pixel)).xy;
+  const uvec2 seen = texelFetch(seen_image, ivec2(pixel), 0).xy;
   const vec3 ray = picture.corner.xyz + (float(pixel.x) + 0.5) * picture.step_x.xyz +
                    (float(pixel.y) + 0.5) * picture.step_y.xyz;
-  vec3 colour = sky(ray);
+  const float inverse_length = inversesqrt(dot(ray, ray));
+  vec3 colour = sky(ray.y * inverse_length);
   if (seen.x != 0u) {
     const uint face = seen.x >> kSeenFaceShift, axis = face >> 1, block = seen.x & 0xffffu;
-    const float t = (float(int(seen.y)) - picture.fraction[axis] - picture.fraction_rest[axis]) / ray[axis];
-    if (t * length(ray) <= picture.sun.w) {
-      vec3 lit = picture.sky_lit[face].rgb;
+    const vec3 offsets = float(int(seen.y)) - picture.fraction.xyz - picture.fraction_rest.xyz;
+    const float t = axis == 0u ? offsets.x / ray.x : axis == 1u ? offsets.y / ray.y : offsets.z / ray.z;
+    if (t <= picture.sun.w * inverse_length) {
       bool visible = picture.sun_lit[face].w != 0.0;
       if (kSunShadow && visible) {
         // From the voxel in front of the face, exactly on the face.
@@ -99,11 +100,13 @@ void main() {
         ivec3 start = ivec3(floor(hit));
         vec3 fraction = hit - vec3(start);
         const bool positive = (face & 1u) == 1u;
-        start[axis] = positive ? int(seen.y) : int(seen.y) - 1;
-        fraction[axis] = positive ? 0.0 : 1.0;
+        const int plane = positive ? int(seen.y) : int(seen.y) - 1;
+        const bvec3 own = bvec3(axis == 0u, axis == 1u, axis == 2u);
+        start = mix(start, ivec3(plane), own);
+        fraction = mix(fraction, vec3(positive ? 0.0 : 1.0), own);
         visible = sun_visible(picture.camera_voxel.xyz + start, fraction);
       }
-      if (visible) lit += picture.sun_lit[face].rgb;
+      const vec3 lit = picture.sky_lit[face].rgb + (visible ? picture.sun_lit[face].rgb : vec3(0));
       colour = materials[2u * block].rgb * lit + materials[2u * block + 1u].rgb;
     }
   }

@@ -1,5 +1,6 @@
-/// The two backends draw the same picture: the bar of the project.
+/// The two backends draw the same picture: the bar of the project (hard case R5).
 #include <cmath>
+#include <cstring>
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -15,9 +16,10 @@ namespace {
 constexpr int kWidth = 1280, kHeight = 720;
 
 struct Agreement {
-  double fraction = 0;   // of pixels whose channels all differ by at most 1/255
-  int worst = 0;         // of 255
-  size_t scattered = 0;  // differing pixels with no differing neighbour
+  double fraction = 0;  // of pixels whose channels all differ by at most 1/255
+  int worst = 0;        // of 255
+  size_t differing = 0;
+  size_t unexplained = 0;  // differing pixels with nothing but their own colour around them in both pictures
 };
 
 Agreement compare(const Image& a, const Image& b) {
@@ -33,11 +35,19 @@ Agreement compare(const Image& a, const Image& b) {
     result.worst = std::max(result.worst, worst);
   }
   result.fraction = static_cast<double>(same) / static_cast<double>(differs.size());
-  const size_t width = static_cast<size_t>(a.width);
-  for (size_t i = 0; i < differs.size(); ++i)
-    if (differs[i] && !(i >= 1 && differs[i - 1]) && !(i + 1 < differs.size() && differs[i + 1]) &&
-        !(i >= width && differs[i - width]) && !(i + width < differs.size() && differs[i + width]))
-      ++result.scattered;
+  const auto flat = [&](const Image8& image, int px, int py) {
+    const auto* centre = &image.pixels[3 * static_cast<size_t>(py * image.width + px)];
+    for (int qy = std::max(py - 1, 0); qy <= std::min(py + 1, image.height - 1); ++qy)
+      for (int qx = std::max(px - 1, 0); qx <= std::min(px + 1, image.width - 1); ++qx)
+        if (std::memcmp(centre, &image.pixels[3 * static_cast<size_t>(qy * image.width + qx)], 3) != 0) return false;
+    return true;
+  };
+  for (size_t i = 0; i < differs.size(); ++i) {
+    if (!differs[i]) continue;
+    ++result.differing;
+    const int px = static_cast<int>(i) % a.width, py = static_cast<int>(i) / a.width;
+    result.unexplained += flat(x, px, py) && flat(y, px, py);
+  }
   return result;
 }
 
@@ -65,9 +75,12 @@ class BackendsAgree : public testing::Test {
     auto cast = raycast_->render(world_view, view.camera, knobs, kWidth, kHeight);
     ASSERT_TRUE(cast.ok()) << cast.error().message;
     const Agreement agreement = compare(drawn->image, cast->image);
-    std::printf("%-24s %-18s %.4f %% agree, worst difference %d, %zu lone pixels\n", scene.c_str(), view.name.c_str(),
-                100 * agreement.fraction, agreement.worst, agreement.scattered);
+    std::printf("%-24s %-18s %.4f %% agree, worst difference %d, %zu pixels differ\n", scene.c_str(), view.name.c_str(),
+                100 * agreement.fraction, agreement.worst, agreement.differing);
     EXPECT_GE(agreement.fraction, 0.9995) << scene << ", " << view.name;
+    // Hard case R5: what differs lies on an edge between faces or of a shadow, where the ray in float passes on the
+    // other side of it than the ray in double.
+    EXPECT_EQ(agreement.unexplained, 0u) << scene << ", " << view.name;
   }
 
   std::unique_ptr<RasterBackend> raster_;
