@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <iostream>
 
 #include "render/gpu/owned.h"
 
@@ -21,6 +22,7 @@ VKAPI_ATTR VkBool32 VKAPI_CALL collect_message(VkDebugUtilsMessageSeverityFlagBi
   auto* messages = static_cast<DeviceMessages*>(user);
   const std::lock_guard lock(messages->mutex);
   messages->texts.push_back(data->pMessage);
+  if (messages->print) std::cerr << data->pMessage << '\n';
   return VK_FALSE;
 }
 
@@ -171,6 +173,7 @@ world::Status Device::choose_physical() {
 
 world::Status Device::open(const DeviceOptions& options) {
   lose_device_ = options.lose_device;
+  messages_->print = asked_by_environment();
   TRY_STATUS(open_instance(options.validation || asked_by_environment()));
   TRY_STATUS(choose_physical());
 

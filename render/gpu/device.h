@@ -14,7 +14,7 @@ namespace render::gpu {
 
 struct DeviceOptions {
   /// Loads the validation layer with synchronization validation; fails where it is not installed. LOAM_VALIDATION=1 in
-  /// the environment does the same.
+  /// the environment does the same and prints what the layer says.
   bool validation = false;
   /// For tests: asked at each submission; true loses the device there.
   std::function<bool()> lose_device = {};
@@ -24,6 +24,7 @@ struct DeviceOptions {
 struct DeviceMessages {
   std::mutex mutex;
   std::vector<std::string> texts;
+  bool print = false;  // to stderr too: where the environment asked for validation
 };
 
 class Device {
