@@ -27,11 +27,14 @@ memory_gib=$(awk '/^MemTotal/ { print int($2 / 1048576 + 0.5) }' /proc/meminfo)
 (( jobs * 2 <= memory_gib )) || jobs=$(( memory_gib / 2 > 0 ? memory_gib / 2 : 1 ))
 
 started=$SECONDS
-steps=$(ninja -C "$folder" -n "${targets[@]}" 2>/dev/null | grep -c '^\[.*\.o$' || true)
-(( steps == 0 )) || echo "build: compiling $steps files in ${folder#"$PWD"/} ..." >&2
-if ! ninja -C "$folder" -j "$jobs" "${targets[@]}" >"$log" 2>&1 </dev/null; then
-  grep -v '^\[[0-9]*/[0-9]*\]' "$log" | head -n 120 >&2
+(sleep 3 >/dev/null 2>&1; echo "build: compiling in $folder; from nothing that takes some minutes ..." >&2) &
+notice=$!
+status=0
+ninja -C "$folder" -j "$jobs" "${targets[@]}" >"$log" 2>&1 </dev/null || status=$?
+kill "$notice" 2>/dev/null || true
+if [[ $status -ne 0 ]]; then
+  grep -v '^\[[0-9]*/[0-9]*\]' "$log" | cut -c1-400 | head -n 120 >&2
   echo "build: failed; the whole output is in $log" >&2
   exit 3
 fi
-(( steps == 0 )) || echo "build: done in $(( SECONDS - started )) s" >&2
+(( SECONDS - started < 4 )) || echo "build: done in $(( SECONDS - started )) s" >&2
