@@ -7,7 +7,8 @@
  *         law within 4 u / eta. Where eta is 1, refracting gives -wi within 2 ulp on each axis: the cosine beyond is
  *         sqrt((eta - 1)(eta + 1) + cos^2) / eta, which is cos itself then; 1 - sin^2 would lose half of the digits
  *         at grazing angles. GLSL: 3 ulp of cos more, as its sqrt may have that error.
- * source  Snell's law in vector form, as in Andrew Glassner (editor). An Introduction to Ray Tracing. 1989, chapter 4 */
+ * source  Snell's law in vector form, as in Andrew Glassner (editor). An Introduction to Ray Tracing. 1989, chapter 4
+ */
 #ifndef LOAM_RENDER_BSDF_DIRECTIONS_SHARED_H
 #define LOAM_RENDER_BSDF_DIRECTIONS_SHARED_H
 #include "world/base/shared.h"

@@ -32,7 +32,8 @@ void print_row(const std::string& what, double ms, const std::string& note) {
 world::Result<int> run_demo(const std::string& scene_name, const std::string& folder) {
   std::error_code failed;
   std::filesystem::create_directories(folder, failed);
-  if (failed) return world::input_error(folder + ": the folder for the pictures could not be made: " + failed.message());
+  if (failed)
+    return world::input_error(folder + ": the folder for the pictures could not be made: " + failed.message());
   TRY(const world::Scene scene, world::load_scene(scene_name));
   TRY(const render::RenderKnobs knobs, resolve_knobs("usual", scene, {}, {}));
   std::printf("%s: %s\n", scene.name.c_str(), scene.what.c_str());
@@ -42,7 +43,8 @@ world::Result<int> run_demo(const std::string& scene_name, const std::string& fo
   TRY(const world::World world, world::build_world(scene, report));
   const world::VoxelBox box = world.store.bounds();
   print_row("generate", generate.ms(),
-            world::with_thousands(world.store.voxel_count()) + " voxels, " + world::bytes_text(double(world.store.bytes_memory())));
+            world::with_thousands(world.store.voxel_count()) + " voxels, " +
+                world::bytes_text(double(world.store.bytes_memory())));
   TRY(const world::CameraPlacement placement, world::scene_camera(scene, world, ""));
   const render::Camera camera = render::Camera::from(placement);
   const uint64_t hash = world.store.content_hash();
@@ -60,7 +62,8 @@ world::Result<int> run_demo(const std::string& scene_name, const std::string& fo
     images.push_back(std::move(frame.image));
   }
   Stopwatch compare;
-  const render::Image8 raster = render::display_image(images[0], knobs.exposure), raycast = render::display_image(images[1], knobs.exposure);
+  const render::Image8 raster = render::display_image(images[0], knobs.exposure),
+                       raycast = render::display_image(images[1], knobs.exposure);
   const render::ImageComparison difference = render::compare_images(raster, raycast);
   print_row("compare", compare.ms(), "");
   std::printf("\nraster against raycast: %.4f %% of pixels within 1/255, PSNR %.1f dB, SSIM %.6f, FLIP %.6f\n",
@@ -69,8 +72,8 @@ world::Result<int> run_demo(const std::string& scene_name, const std::string& fo
   std::printf("\neffects\n");
   for (const world::EffectCall& effect : world::called_effects(world))
     std::printf("  %-16s %-4s %s\n", effect.name.c_str(), effect.called_for ? "yes" : "no", effect.why.c_str());
-  std::printf("\nbounds (%d, %d, %d) .. (%d, %d, %d), world hash %s\npictures in %s/\n", box.min.x, box.min.y, box.min.z, box.max.x,
-              box.max.y, box.max.z, hash_text(hash).c_str(), folder.c_str());
+  std::printf("\nbounds (%d, %d, %d) .. (%d, %d, %d), world hash %s\npictures in %s/\n", box.min.x, box.min.y,
+              box.min.z, box.max.x, box.max.y, box.max.z, hash_text(hash).c_str(), folder.c_str());
   return 0;
 }
 

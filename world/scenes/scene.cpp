@@ -249,13 +249,16 @@ Result<CameraPlacement> scene_camera(const Scene& scene, const World& world, con
   // A thing: from the south-east, as near as a picture of 16:9 still holds all eight corners of its box.
   camera.vertical_fov_deg = 40;
   camera.forward = glm::normalize(Vec3d(-0.62, -0.46, -0.78));
-  const Vec3d right = glm::normalize(glm::cross(camera.forward, Vec3d(0, 1, 0))), up = glm::cross(right, camera.forward);
-  const double tan_y = std::tan(camera.vertical_fov_deg / 2 * 3.14159265358979323846 / 180) * 0.94, tan_x = tan_y * 16 / 9;
+  const Vec3d right = glm::normalize(glm::cross(camera.forward, Vec3d(0, 1, 0))),
+              up = glm::cross(right, camera.forward);
+  const double tan_y = std::tan(camera.vertical_fov_deg / 2 * 3.14159265358979323846 / 180) * 0.94,
+               tan_x = tan_y * 16 / 9;
   double distance = 0;
   for (int i = 0; i < 8; ++i) {
     const Vec3d c = Vec3d((i & 1) - 0.5, (i >> 1 & 1) - 0.5, (i >> 2) - 0.5) * size;
     const double depth = glm::dot(c, camera.forward);
-    distance = std::max({distance, std::abs(glm::dot(c, right)) / tan_x - depth, std::abs(glm::dot(c, up)) / tan_y - depth});
+    distance =
+        std::max({distance, std::abs(glm::dot(c, right)) / tan_x - depth, std::abs(glm::dot(c, up)) / tan_y - depth});
   }
   camera.position = corner + (0.5 * size - distance * camera.forward);
   return camera;
