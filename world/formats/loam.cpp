@@ -171,8 +171,30 @@ Status write_tables(Database& db, const World& world) {
   return {};
 }
 
+Status insert_region(Database& db, Statement& insert, std::string_view layer, RegionPos r, uint64_t voxels,
+                     const std::string& bytes) {
+  insert.bind(1, int64_t{r.x}), insert.bind(2, int64_t{r.y}), insert.bind(3, int64_t{r.z});
+  insert.bind(4, static_cast<int64_t>(voxels)), insert.bind(5, payload_hash(bytes)), insert.bind_blob(6, bytes);
+  insert.bind(7, layer);
+  if (insert.step() != SQLITE_DONE) return db.failed("could not be written");
+  insert.reset();
+  return {};
+}
+
+Status write_layers(Database& db, Statement& insert, const Store& store) {
+  for (size_t i = 1; i < layer_rows().size(); ++i) {
+    const FloatLayer* layer = store.find_layer(static_cast<Layer>(i));
+    if (!layer) continue;
+    for (const RegionPos& r : layer->regions()) {
+      TRY(const std::string bytes, layer->encode_region(r));
+      TRY_STATUS(insert_region(db, insert, layer_rows()[i].name, r, 0, bytes));
+    }
+  }
+  return {};
+}
+
 Status write_regions(Database& db, const Store& store) {
-  TRY(Statement insert, Statement::prepare(db, "INSERT INTO region VALUES ('block', ?1, ?2, ?3, ?4, ?5, ?6)"));
+  TRY(Statement insert, Statement::prepare(db, "INSERT INTO region VALUES (?7, ?1, ?2, ?3, ?4, ?5, ?6)"));
   const std::vector<RegionPos> all = store.regions();
   // Encode a batch on all threads, insert it on this one: memory stays at a batch of payloads.
   constexpr size_t kBatch = 32;
@@ -186,13 +208,10 @@ Status write_regions(Database& db, const Store& store) {
       const RegionPos r = all[first + i];
       uint64_t voxels = 0;
       for (const auto& [block, n] : store.region_census(r)) voxels += n;
-      insert.bind(1, int64_t{r.x}), insert.bind(2, int64_t{r.y}), insert.bind(3, int64_t{r.z});
-      insert.bind(4, static_cast<int64_t>(voxels)), insert.bind(5, payload_hash(bytes)), insert.bind_blob(6, bytes);
-      if (insert.step() != SQLITE_DONE) return db.failed("could not be written");
-      insert.reset();
+      TRY_STATUS(insert_region(db, insert, "block", r, voxels, bytes));
     }
   }
-  return {};
+  return write_layers(db, insert, store);
 }
 
 Status write_loam(const World& world, const std::filesystem::path& path) {
@@ -261,6 +280,7 @@ Status read_meta(const Database& db, World& world) {
 }
 
 struct RegionRow {
+  Layer layer = Layer::block;
   RegionPos pos;
   int64_t hash = 0;
   std::string bytes;
@@ -275,6 +295,8 @@ Status read_regions(const Database& db, World& world) {
     parallel_for(rows.size(), [&](size_t i) {
       if (payload_hash(rows[i].bytes) != rows[i].hash)
         built[i] = input_error("its bytes differ from their hash");
+      else if (rows[i].layer != Layer::block)
+        built[i] = RegionBuilder(rows[i].pos);  // floats join their layer below, one after the other
       else
         built[i] = decode_region(rows[i].bytes, rows[i].pos, world.palette->size());
     });
@@ -282,20 +304,29 @@ Status read_regions(const Database& db, World& world) {
       const RegionPos p = rows[i].pos;
       if (!built[i]->ok())
         return db.broken(fmt::format("region ({}, {}, {}) is damaged: {}", p.x, p.y, p.z, built[i]->error().message));
-      world.store.adopt(std::move(**built[i]));
+      if (rows[i].layer == Layer::block) {
+        world.store.adopt(std::move(**built[i]));
+        continue;
+      }
+      const Status joined = world.store.make_layer(rows[i].layer).decode_region(rows[i].bytes, p);
+      if (!joined.ok())
+        return db.broken(fmt::format("layer {}, region ({}, {}, {}) is damaged: {}",
+                                     layer_rows()[static_cast<size_t>(rows[i].layer)].name, p.x, p.y, p.z,
+                                     joined.error().message));
     }
     rows.clear();
     return {};
   };
   int code;
   while ((code = s.step()) == SQLITE_ROW) {
-    if (s.text(0) != "block")
-      return db.broken("holds the layer \"" + s.text(0) + "\", which this program does not know");
+    const std::optional<Layer> layer = layer_from_name(s.text(0));
+    if (!layer) return db.broken("holds the layer \"" + s.text(0) + "\", which this program does not know");
     const int64_t at[3] = {s.integer(1), s.integer(2), s.integer(3)};
     for (int64_t c : at)
       if (c < -kWorldBorder / kRegionSize || c >= kWorldBorder / kRegionSize)
         return db.broken("holds a region outside the world's border");
-    rows.push_back({{static_cast<int32_t>(at[0]), static_cast<int32_t>(at[1]), static_cast<int32_t>(at[2])},
+    rows.push_back({*layer,
+                    {static_cast<int32_t>(at[0]), static_cast<int32_t>(at[1]), static_cast<int32_t>(at[2])},
                     s.integer(4),
                     s.blob(5)});
     if (rows.size() == kBatch) TRY_STATUS(adopt_rows());

@@ -6,7 +6,8 @@
 //   Loam block grid            the blocks, exactly
 //   level set                  one block where the distance is <= 0: band and inside
 //   everything else            one block where a voxel is active: fog volumes, points, vectors, masks, integers
-// That block, "vdb:NAME", is opaque and white, so that it is seen; the numbers of a fog volume are not kept yet.
+// That block, "vdb:NAME", is opaque and white, so that it is seen; the numbers of a float grid become the layer
+// `density`.
 //
 // Writing makes one Int32 grid "block_id" of block ids, 0 is air and inactive; its metadata hold each block of the
 // palette as TOML (loam_block_ID) and what the world knows of itself (loam_about_KEY); surroundings (sun, sky) are not
@@ -344,6 +345,12 @@ Status read_shape(const openvdb::GridBase& grid, const VdbGridFacts& facts, Worl
     }
     status = gather(tree, regions, [&](const Value&, bool active) { return active ? id : kAir; });
   });
+  const bool fog = grid.isType<openvdb::FloatGrid>() && grid.getGridClass() != openvdb::GRID_LEVEL_SET;
+  if (fog && status.ok()) {
+    const auto& numbers = static_cast<const openvdb::FloatGrid&>(grid);
+    if (numbers.background() == 0)
+      world.store.make_layer(Layer::density).grid().grid->setTree(numbers.constTree().copy());
+  }
   return status;
 }
 

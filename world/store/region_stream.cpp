@@ -1,21 +1,10 @@
 #include "world/store/region_stream.h"
 
-#include <openvdb/io/Stream.h>
-
-#include <istream>
-#include <sstream>
-
-#include "world/base/span_stream.h"
-#include "world/store/tree.h"
+#include "world/store/grid_stream.h"
 
 namespace world {
 
 namespace {
-
-// An OpenVDB header: magic (8 bytes), file version, library major and minor (4 each), has-offsets (1), then a random
-// UUID of 36 characters, which would make equal regions differ.
-constexpr size_t kUuidOffset = 8 + 4 + 4 + 4 + 1;
-constexpr char kNoUuid[] = "00000000-0000-0000-0000-000000000000";
 
 using Int32Tree = openvdb::Int32Tree;
 using Int32Leaf = Int32Tree::LeafNodeType;
@@ -72,15 +61,7 @@ Result<std::string> encode_region(const Store& store, RegionPos pos) {
   try {
     auto grid = openvdb::Int32Grid::create(int32_from_region(*found->second));
     grid->setName("block_id");
-    std::ostringstream out(std::ios::binary);
-    openvdb::io::Stream stream(out);
-    stream.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
-    openvdb::GridCPtrVec grids{grid};
-    stream.write(grids);
-    std::string bytes = std::move(out).str();
-    CHECK(bytes.size() > kUuidOffset + 36 && bytes[kUuidOffset + 8] == '-');
-    bytes.replace(kUuidOffset, 36, kNoUuid, 36);
-    return bytes;
+    return stream_bytes(grid);
   } catch (const std::exception& e) {
     return input_error(std::string("OpenVDB could not write a region: ") + e.what());
   }
@@ -89,13 +70,8 @@ Result<std::string> encode_region(const Store& store, RegionPos pos) {
 Result<RegionBuilder> decode_region(std::span<const char> bytes, RegionPos pos, size_t palette_size) {
   initialize_openvdb();
   try {
-    SpanBuffer buffer(bytes);
-    std::istream in(&buffer);
-    openvdb::io::Stream stream(in, /*delayLoad=*/false);
-    const openvdb::GridPtrVecPtr grids = stream.getGrids();
-    if (!grids || grids->size() != 1) return input_error("the region's stream does not hold exactly one grid");
-    const auto grid = openvdb::gridPtrCast<openvdb::Int32Grid>(grids->front());
-    if (!grid) return input_error("the region's grid is not of 32-bit integers");
+    const auto grid = grid_from_bytes<openvdb::Int32Grid>(bytes);
+    if (!grid) return input_error("the region's stream does not hold exactly one grid of 32-bit integers");
     return builder_from_int32(grid->constTree(), pos, palette_size);
   } catch (const std::exception& e) {
     return input_error(std::string("OpenVDB could not read a region: ") + e.what());

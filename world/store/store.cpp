@@ -120,6 +120,8 @@ uint64_t Store::voxel_count() const {
 
 std::vector<LayerInfo> Store::layers() const {
   std::vector<LayerInfo> all{{"block", static_cast<size_t>(nodes_->tree.memUsage()), voxel_count()}};
+  for (const auto& [layer, grid] : nodes_->layers)
+    all.push_back({std::string(layer_rows()[static_cast<size_t>(layer)].name), grid.bytes(), grid.active_voxels()});
   const char* names[] = {"mask:occupied", "mask:opaque", "mask:solid", "mask:liquid", "mask:emitting"};
   for (int k = 0; k < kMaskKinds; ++k)
     if (nodes_->masks[k]) all.push_back({names[k], nodes_->masks[k]->bytes(), nodes_->masks[k]->count()});
@@ -130,14 +132,21 @@ size_t Store::bytes_memory() const {
   size_t total = nodes_->tree.memUsage();
   for (const auto& masks : nodes_->masks)
     if (masks) total += masks->bytes();
+  for (const auto& [layer, grid] : nodes_->layers) total += grid.bytes();
   return total;
 }
 
-bool Store::has_layer(const std::string& name) const {
-  for (const LayerInfo& layer : layers())
-    if (layer.name == name) return true;
-  return false;
+const FloatLayer* Store::find_layer(Layer layer) const {
+  const auto found = nodes_->layers.find(layer);
+  return found == nodes_->layers.end() ? nullptr : &found->second;
 }
+
+FloatLayer& Store::make_layer(Layer layer) {
+  CHECK(layer != Layer::block);
+  return nodes_->layers[layer];
+}
+
+void Store::drop_layer(Layer layer) { nodes_->layers.erase(layer); }
 
 uint64_t Store::content_hash() const {
   const size_t blocks = palette_->size();

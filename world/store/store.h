@@ -20,6 +20,7 @@
 #include "world/blocks/block.h"
 #include "world/space/coords.h"
 #include "world/store/edit.h"
+#include "world/store/layer.h"
 #include "world/store/mask_volume.h"
 
 namespace world {
@@ -106,7 +107,10 @@ class Store {
   std::vector<LeafPos> take_dirty(int subscriber) const;
 
   // ---- further layers: they exist only once something makes them ----
-  bool has_layer(const std::string& name) const;
+  /// The layer, or null where nothing has made it.
+  const FloatLayer* find_layer(Layer layer) const;
+  FloatLayer& make_layer(Layer layer);
+  void drop_layer(Layer layer);
 
   // ---- view count, see view.h ----
   void begin_view() const;

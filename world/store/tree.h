@@ -7,6 +7,8 @@
 
 #include <openvdb/openvdb.h>
 
+#include <atomic>
+#include <map>
 #include <unordered_map>
 #include <vector>
 
@@ -32,6 +34,10 @@ inline LeafBlocks leaf_of(const RegionNode& node, int leaf_index) {
   return {nullptr, node.getTable()[n].getValue()};
 }
 
+struct FloatLayer::Grid {
+  openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(0.0f);
+};
+
 /// Counts of the blocks of one region; sorted by id, never air, never zero.
 struct RegionCensus {
   std::vector<std::pair<BlockId, int64_t>> counts;
@@ -48,6 +54,7 @@ struct StoreNodes {
   std::unordered_map<RegionPos, RegionCensus, PosHash> census;
   std::unique_ptr<MaskVolume> masks[kMaskKinds];
   std::vector<std::vector<LeafPos>> dirty;  // by subscriber; may hold a leaf twice until taken
+  std::map<Layer, FloatLayer> layers;       // made on demand
   mutable std::atomic<int> views{0};
 
   /// The node of a region, made where it is missing.

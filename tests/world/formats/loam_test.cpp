@@ -58,6 +58,32 @@ TEST(LoamSave, RoundTripKeepsBlocksPaletteSurroundingsAndMetadata) {
   EXPECT_EQ(imported.ignition, Kelvin{500.5});
 }
 
+TEST(LoamSave, LayersExistOnlyWhereMadeAndComeBackEqual) {
+  TemporaryFolder folder;
+  World world = sample_world();
+  EXPECT_EQ(world.store.find_layer(Layer::density), nullptr);
+  FloatLayer& density = world.store.make_layer(Layer::density);
+  std::mt19937 rng(2);
+  for (int i = 0; i < 500; ++i)
+    density.set({int(rng() % 300) - 150, int(rng() % 300) - 150, int(rng() % 9)}, static_cast<float>(rng() % 1000) / 7);
+  density.set({0, 0, 0}, 0.0f);  // active, though equal to the background
+  ASSERT_TRUE(write_world(world, folder / "a.loam").ok());
+  const auto again = load(folder / "a.loam");
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  const FloatLayer* loaded = again->store.find_layer(Layer::density);
+  ASSERT_NE(loaded, nullptr);
+  EXPECT_EQ(loaded->active_voxels(), density.active_voxels());
+  EXPECT_EQ(loaded->bounds(), density.bounds());
+  for (int x = -150; x < 150; ++x)
+    for (int y = -150; y < 150; ++y)
+      for (int z = 0; z < 9; ++z) {
+        ASSERT_EQ(loaded->get({x, y, z}), density.get({x, y, z}));
+        ASSERT_EQ(loaded->active({x, y, z}), density.active({x, y, z}));
+      }
+  world.store.drop_layer(Layer::density);
+  EXPECT_EQ(world.store.find_layer(Layer::density), nullptr);
+}
+
 TEST(HardCaseIO19, SaveLoadSaveGivesTheSameBytes) {
   TemporaryFolder folder;
   ASSERT_TRUE(write_world(sample_world(), folder / "a.loam").ok());

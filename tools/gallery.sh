@@ -1,0 +1,30 @@
+#!/usr/bin/env bash
+# Makes the picture gallery in tools/gallery/ again, with the program itself. Real files come from ../shared/data; a
+# picture whose file is missing is skipped with a printed line.
+set -euo pipefail
+root=$(cd "$(dirname "$0")/.." && pwd)
+loam=${LOAM:-$root/build/release/loam}
+gallery=$root/tools/gallery
+data=$root/../shared/data
+mkdir -p "$gallery"
+
+picture() {  # picture NAME SCENE [ARGS]
+  local name=$1 scene=$2
+  shift 2
+  if [[ $scene == /* && ! -e $scene ]]; then
+    echo "skipped $name: $scene is not on this machine"
+    return
+  fi
+  "$loam" render "$scene" -o "$gallery/$name.png" --size 960x540 "$@" | head -n 1
+}
+
+for camera in oblique ground far cave; do
+  picture "valley-$camera" valley --camera "$camera"
+done
+picture valley-oblique-raycast valley --camera oblique --backend raycast
+picture cube cube
+picture monu6 "$data/vox/monu6.vox"
+picture test-transform "$data/vox/test-transform.vox"
+picture church "$data/vox/scene_church1.vox"
+picture andorra "$data/dem/N42E001.hgt"
+picture smoke "$data/vdb/smoke.vdb"

@@ -1,0 +1,42 @@
+/// OpenVDB streams of one grid in memory. Internal to world/store.
+#pragma once
+
+#include <openvdb/io/Stream.h>
+
+#include <istream>
+#include <sstream>
+
+#include "world/base/span_stream.h"
+#include "world/store/tree.h"
+
+namespace world {
+
+/// One grid as bytes, which depend on its values only. May throw what OpenVDB throws.
+inline std::string stream_bytes(const openvdb::GridBase::ConstPtr& grid) {
+  // An OpenVDB header: magic (8 bytes), file version, library major and minor (4 each), has-offsets (1), then a random
+  // UUID of 36 characters, which would make equal regions differ.
+  constexpr size_t kUuidOffset = 8 + 4 + 4 + 4 + 1;
+  constexpr char kNoUuid[] = "00000000-0000-0000-0000-000000000000";
+  std::ostringstream out(std::ios::binary);
+  openvdb::io::Stream stream(out);
+  stream.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
+  openvdb::GridCPtrVec grids{grid};
+  stream.write(grids);
+  std::string bytes = std::move(out).str();
+  CHECK(bytes.size() > kUuidOffset + 36 && bytes[kUuidOffset + 8] == '-');
+  bytes.replace(kUuidOffset, 36, kNoUuid, 36);
+  return bytes;
+}
+
+/// The only grid of a stream, or null where it holds another number of grids or another type. May throw.
+template <class GridType>
+typename GridType::Ptr grid_from_bytes(std::span<const char> bytes) {
+  SpanBuffer buffer(bytes);
+  std::istream in(&buffer);
+  openvdb::io::Stream stream(in, /*delayLoad=*/false);
+  const openvdb::GridPtrVecPtr grids = stream.getGrids();
+  if (!grids || grids->size() != 1) return nullptr;
+  return openvdb::gridPtrCast<GridType>(grids->front());
+}
+
+}  // namespace world

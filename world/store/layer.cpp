@@ -1,0 +1,96 @@
+#include "world/store/layer.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "world/store/grid_stream.h"
+
+namespace world {
+
+namespace {
+
+constexpr LayerRow kRows[] = {
+#define LAYER(name, type, background, unit, what) {#name, #type, unit, what},
+#include "world/store/layers.def"
+#undef LAYER
+};
+
+openvdb::CoordBBox region_box(RegionPos r) {
+  return openvdb::CoordBBox::createCube(coord(voxel_from_region(r)), kRegionSize);
+}
+
+}  // namespace
+
+std::span<const LayerRow> layer_rows() { return kRows; }
+
+std::optional<Layer> layer_from_name(std::string_view name) {
+  for (size_t i = 0; i < std::size(kRows); ++i)
+    if (kRows[i].name == name) return static_cast<Layer>(i);
+  return std::nullopt;
+}
+
+FloatLayer::FloatLayer() : grid_(std::make_unique<Grid>()) {}
+FloatLayer::~FloatLayer() = default;
+FloatLayer::FloatLayer(FloatLayer&&) noexcept = default;
+FloatLayer& FloatLayer::operator=(FloatLayer&&) noexcept = default;
+
+float FloatLayer::get(VoxelPos v) const { return grid_->grid->tree().getValue(coord(v)); }
+void FloatLayer::set(VoxelPos v, float value) { grid_->grid->tree().setValueOn(coord(v), value); }
+bool FloatLayer::active(VoxelPos v) const { return grid_->grid->tree().isValueOn(coord(v)); }
+uint64_t FloatLayer::active_voxels() const { return grid_->grid->activeVoxelCount(); }
+size_t FloatLayer::bytes() const { return grid_->grid->memUsage(); }
+
+VoxelBox FloatLayer::bounds() const {
+  const openvdb::CoordBBox box = grid_->grid->evalActiveVoxelBoundingBox();
+  return box.empty() ? VoxelBox{} : VoxelBox{voxel(box.min()), voxel(box.max())};
+}
+
+std::vector<RegionPos> FloatLayer::regions() const {
+  std::vector<RegionPos> all;
+  for (auto value = grid_->grid->tree().cbeginValueOn(); value; ++value) {
+    // One step a leaf or tile is enough: within a leaf the region is the same.
+    openvdb::CoordBBox box;
+    value.getBoundingBox(box);
+    const RegionPos a = region_from_voxel(voxel(box.min())), b = region_from_voxel(voxel(box.max()));
+    for (int x = a.x; x <= b.x; ++x)
+      for (int y = a.y; y <= b.y; ++y)
+        for (int z = a.z; z <= b.z; ++z)
+          if (all.empty() || all.back() != RegionPos{x, y, z}) all.push_back({x, y, z});
+  }
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  return all;
+}
+
+Result<std::string> FloatLayer::encode_region(RegionPos r) const {
+  initialize_openvdb();
+  try {
+    auto part = grid_->grid->deepCopy();
+    part->clip(region_box(r));
+    // Only the values belong to the stream, not where they came from.
+    auto grid = openvdb::FloatGrid::create(part->treePtr());
+    grid->setName("values");
+    return stream_bytes(grid);
+  } catch (const std::exception& e) {
+    return input_error(std::string("OpenVDB could not write a region: ") + e.what());
+  }
+}
+
+Status FloatLayer::decode_region(std::span<const char> bytes, RegionPos r) {
+  initialize_openvdb();
+  try {
+    const auto grid = grid_from_bytes<openvdb::FloatGrid>(bytes);
+    if (!grid) return input_error("the region's stream does not hold exactly one grid of floats");
+    if (grid->background() != 0) return input_error("the layer's background is not 0");
+    const openvdb::CoordBBox box = grid->evalActiveVoxelBoundingBox();
+    if (!box.empty() && !region_box(r).isInside(box)) return input_error("the layer has values outside its region");
+    for (auto value = grid->cbeginValueOn(); value; ++value)
+      if (!std::isfinite(*value)) return input_error("the layer holds a value that is not finite");
+    grid_->grid->tree().merge(grid->tree());
+    return {};
+  } catch (const std::exception& e) {
+    return input_error(std::string("OpenVDB could not read a region: ") + e.what());
+  }
+}
+
+}  // namespace world
