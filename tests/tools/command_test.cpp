@@ -66,6 +66,7 @@ TEST_F(Command, WrongUseExitsWithTwo) {
   expect_one_sentence(run("render cube --set sun_shadows=none --backend raycast -o " + path("a.png")), 2,
                       "did you mean");
   expect_one_sentence(run("render cube --set sun_shadow=some --backend raycast -o " + path("a.png")), 2, "none ray");
+  expect_one_sentence(run("render cube --sun_shadow=some --backend raycast -o " + path("a.png")), 2, "none ray");
   expect_one_sentence(run("render cube --camera nowhere --backend raycast -o " + path("a.png")), 2, "nowhere");
   EXPECT_FALSE(exists("a.png"));
 }

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tools/progress.h"
 #include "tools/verb.h"
 #include "world/base/text.h"
 #include "world/formats/format.h"
@@ -40,12 +41,16 @@ world::Result<int> run_convert(ConvertOptions options) {
   world::ImportReport report;
   TRY(world::Scene scene, world::load_scene(options.input));
   scene.import_options = options.import;
+  Progress progress;
+  progress.stage("reading " + options.input);
   TRY(world::World world, world::build_world(scene, report));
   if (options.import.strict && !report.unmapped.empty())
     return world::input_error(options.input + ": " + std::to_string(report.unmapped.size()) +
                               " kinds of block have no match, the first is \"" + report.unmapped.begin()->first +
                               "\": map them or leave --strict out");
+  progress.stage("writing " + options.output);
   TRY_STATUS(world::write_world(world, options.output));
+  progress.stage("");
   if (options.json) {
     nlohmann::json j{
         {"voxels", world.store.voxel_count()}, {"unmapped", report.unmapped}, {"warnings", report.warnings}};

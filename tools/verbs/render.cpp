@@ -2,11 +2,12 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <map>
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include "tools/picture.h"
+#include "tools/progress.h"
 #include "tools/verb.h"
 #include "world/base/jobs.h"
 
@@ -20,6 +21,7 @@ constexpr int kMostPixelsASide = 16384;
 struct RenderOptions {
   std::string scene, output, backend = "raster", size = "1280x720", camera, accuracy = "usual", frames;
   std::vector<std::string> settings, environment_settings;
+  std::map<std::string, std::string> knobs;  // given by their own flags
   std::vector<double> position, look_at;
   double fov_deg = 0;
   int samples = 1, threads = 0;
@@ -88,13 +90,15 @@ world::Result<int> run_render(const RenderOptions& options) {
   TRY(const render::RenderKnobs knobs,
       resolve_knobs(options.accuracy, scene, options.environment_settings, options.settings));
   world::ImportReport imported;
+  Progress progress;
+  progress.stage("building the world of " + scene.name);
   TRY(const world::World world, world::build_world(scene, imported));
+  progress.stage("");
   for (const std::string& warning : imported.warnings) std::cerr << "warning: " << warning << '\n';
   std::string camera_name;
   TRY(const render::Camera start, choose_camera(options, scene, world, camera_name));
   const uint64_t hash = world.store.content_hash();
   const world::WorldView view(world);
-  const bool bar = isatty(STDERR_FILENO) && last > first;
   nlohmann::json reports = nlohmann::json::array();
   for (int frame = first; frame <= last; ++frame) {
     const bool moving = !options.frames.empty();
@@ -104,7 +108,7 @@ world::Result<int> run_render(const RenderOptions& options) {
     TRY_STATUS(write_picture(path, picture.image, knobs,
                              picture_text(scene, camera_name, camera, knobs, options.backend, hash)));
     reports.push_back(report_json(picture.report, world));
-    if (bar) std::fprintf(stderr, "\rframe %d of %d..%d", frame, first, last);
+    if (moving) progress.stage(fmt::format("frame {} of {}..{}", frame, first, last));
     if (!options.json && !moving) {
       std::printf("%s: %dx%d by %s on %s, %.1f ms\n", path.c_str(), width, height, options.backend.c_str(),
                   picture.report.device.c_str(), picture.report.ms);
@@ -113,7 +117,7 @@ world::Result<int> run_render(const RenderOptions& options) {
                     static_cast<unsigned long long>(pass.draws), static_cast<unsigned long long>(pass.bytes));
     }
   }
-  if (bar) std::fprintf(stderr, "\n");
+  progress.stage("");
   if (options.json) {
     nlohmann::json j = reports.front();
     j["hash"] = hash_text(hash);
@@ -162,6 +166,8 @@ void add_render_verb(Command& command) {
         at = comma + 1;
       }
     }
+    for (const auto& [knob, value] : options->knobs)
+      if (!value.empty()) options->settings.push_back(knob + "=" + value);
     return run_render(*options);
   });
 }
