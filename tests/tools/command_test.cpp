@@ -97,7 +97,7 @@ TEST_F(Command, AnUnknownExtensionSaysWhatCanBeRead) {
   write("a.xyz", "hello");
   const Outcome outcome = run("convert " + path("a.xyz") + " " + path("out.loam"));
   expect_one_sentence(outcome, 3, ".vox");
-  expect_one_sentence(run("convert " + path("a.xyz") + " " + path("out.xyz")), 3, ".loam");
+  expect_one_sentence(run("convert " + path("a.xyz") + " " + path("out.xyz")), 2, ".loam");
 }
 
 TEST_F(Command, ASceneWithAnUnknownKeyNamesFileLineColumnAndTheNearestKey) {
@@ -114,7 +114,7 @@ TEST_F(Command, ASceneWithASyntaxErrorNamesTheLine) {
 
 TEST_F(Command, ASceneTooLargeForMemoryIsRefused) {
   write("a.toml", "[world]\ngenerator = \"flat\"\nsize = [1000000000, 200, 1000000000]\n");
-  EXPECT_EQ(run("info " + path("a.toml")).code, 3);
+  expect_one_sentence(run("info " + path("a.toml")), 3, "regions");
 }
 
 TEST_F(Command, AnOutputThatCannotBeWrittenIsSaidAndLeavesNothing) {

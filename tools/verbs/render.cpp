@@ -152,11 +152,12 @@ void add_render_verb(Command& command) {
       ->envname("LOAM_THREADS")
       ->check(CLI::NonNegativeNumber);
   verb->add_flag("--json", options->json, "one JSON object on stdout");
-  std::string knobs = "Knobs (--set):\n";
   for (const auto& row : render::render_knobs().rows())
-    knobs +=
-        fmt::format("  {:<16} {} | {} | {} {}  {}\n", row.name, row.fast, row.usual, row.exact, row.unit, row.what);
-  verb->footer(knobs + "LOAM_SET holds further settings, separated by commas; flags win.");
+    verb->add_option("--" + row.name, options->knobs[row.name],
+                     fmt::format("{} (fast {}, usual {}, exact {}{}{})", row.what, row.fast, row.usual, row.exact,
+                                 row.unit.empty() ? "" : " ", row.unit))
+        ->group("Knobs");
+  verb->footer("LOAM_SET holds further settings KNOB=VALUE, separated by commas; flags win.");
   command.action(verb, [options] {
     if (const char* set = std::getenv("LOAM_SET")) {
       std::string text = set;

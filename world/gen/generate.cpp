@@ -39,6 +39,9 @@ GeneratorInfo with_checked_parameters(GeneratorInfo info) {
   return info;
 }
 
+// A region's node alone takes 33 KiB, so this many take 1 GiB before their first leaf.
+constexpr uint64_t kMostRegions = 1u << 15;
+
 /// Turns the region's voxels outside the box into air.
 void cut(RegionBuilder& region, const VoxelBox& box) {
   const LeafPos first = leaf_from_region(region.pos());
@@ -92,6 +95,11 @@ Status generate(Store& store, const Generator& generator, const VoxelBox& box) {
                        " voxels");
   const RegionPos low = region_from_voxel(box.min), high = region_from_voxel(box.max);
   const int64_t nx = int64_t{high.x} - low.x + 1, ny = int64_t{high.y} - low.y + 1, nz = int64_t{high.z} - low.z + 1;
+  const uint64_t regions = VoxelBox{{low.x, low.y, low.z}, {high.x, high.y, high.z}}.volume();
+  if (regions > kMostRegions)
+    return input_error("the box to generate covers " + with_thousands(regions) +
+                       " regions of 128^3 voxels, and at most " + with_thousands(kMostRegions) +
+                       " fit in memory: choose a smaller size");
   // Adopting is serial, in whichever order regions finish: the store is the same for any order.
   std::mutex adopting;
   parallel_for(static_cast<size_t>(nx * ny * nz), [&](size_t i) {
