@@ -31,6 +31,7 @@
 #include "world/base/span_stream.h"
 #include "world/base/trial.h"
 #include "world/formats/bytes.h"
+#include "world/store/grid_stream.h"
 #include "world/store/tree.h"
 
 namespace world {
@@ -392,22 +393,7 @@ void add_facts(const VdbFacts& facts, const VdbGridFacts& grid, ImportReport& re
 
 openvdb::Int32Tree::Ptr int32_from_store(const Store& store) {
   auto tree = std::make_shared<openvdb::Int32Tree>(kAir);
-  for (const RegionPos r : store.regions()) {
-    const RegionNode& node = *store.nodes().regions.at(r);
-    for (int i = 0; i < kLeavesPerRegion; ++i) {
-      const LeafBlocks leaf = leaf_of(node, i);
-      const openvdb::Coord origin = coord(voxel_from_leaf(leaf_from_region(r) + leaf_offset_in_region(i)));
-      if (!leaf.values) {
-        if (leaf.uniform != kAir) tree->addTile(1, origin, leaf.uniform, true);
-        continue;
-      }
-      auto* out = new openvdb::Int32Tree::LeafNodeType(origin, kAir, false);
-      for (openvdb::Index v = 0; v < kLeafVoxels; ++v) {
-        if (leaf.values[v] != kAir) out->setValueOn(v, leaf.values[v]);
-      }
-      tree->addLeaf(out);
-    }
-  }
+  for (const RegionPos r : store.regions()) add_region_ids(*tree, *store.nodes().regions.at(r));
   tree->prune();
   return tree;
 }

@@ -11,6 +11,23 @@
 
 namespace world {
 
+/// Writes the block ids of a region into a tree of 32-bit integers, air as inactive zeros.
+inline void add_region_ids(openvdb::Int32Tree& tree, const RegionNode& node) {
+  for (int i = 0; i < kLeavesPerRegion; ++i) {
+    const LeafBlocks leaf = leaf_of(node, i);
+    const openvdb::Coord origin = node.origin() + coord(voxel_from_leaf(leaf_offset_in_region(i)));
+    if (!leaf.values) {
+      if (leaf.uniform != kAir) tree.addTile(1, origin, leaf.uniform, true);
+      continue;
+    }
+    auto* out = new openvdb::Int32Tree::LeafNodeType(origin, kAir, false);
+    for (openvdb::Index v = 0; v < kLeafVoxels; ++v) {
+      if (leaf.values[v] != kAir) out->setValueOn(v, leaf.values[v]);
+    }
+    tree.addLeaf(out);
+  }
+}
+
 /// One grid as bytes, which depend on its values only. May throw what OpenVDB throws.
 inline std::string stream_bytes(const openvdb::GridBase::ConstPtr& grid) {
   // An OpenVDB header: magic (8 bytes), file version, library major and minor (4 each), has-offsets (1), then a random

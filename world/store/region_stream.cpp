@@ -9,26 +9,6 @@ namespace {
 using Int32Tree = openvdb::Int32Tree;
 using Int32Leaf = Int32Tree::LeafNodeType;
 
-Int32Tree::Ptr int32_from_region(const RegionNode& node) {
-  auto tree = std::make_shared<Int32Tree>(kAir);
-  for (int i = 0; i < kLeavesPerRegion; ++i) {
-    const LeafBlocks leaf = leaf_of(node, i);
-    const openvdb::Coord origin = node.origin() + (coord(voxel_from_leaf(leaf_offset_in_region(i))));
-    if (!leaf.values) {
-      if (leaf.uniform != kAir) tree->addTile(1, origin, leaf.uniform, true);
-      continue;
-    }
-    auto* out = new Int32Leaf(origin, kAir, false);
-    int32_t* values = out->buffer().data();
-    for (int v = 0; v < kLeafVoxels; ++v) {
-      values[v] = leaf.values[v];
-      if (leaf.values[v] != kAir) out->setValueOn(static_cast<openvdb::Index>(v));
-    }
-    tree->addLeaf(out);
-  }
-  return tree;
-}
-
 Result<RegionBuilder> builder_from_int32(const Int32Tree& tree, RegionPos pos, size_t palette_size) {
   RegionBuilder builder(pos);
   BlockId values[kLeafVoxels];
@@ -59,7 +39,9 @@ Result<std::string> encode_region(const Store& store, RegionPos pos) {
   const auto found = store.nodes().regions.find(pos);
   if (found == store.nodes().regions.end()) return input_error("the region is empty");
   try {
-    auto grid = openvdb::Int32Grid::create(int32_from_region(*found->second));
+    auto tree = std::make_shared<Int32Tree>(kAir);
+    add_region_ids(*tree, *found->second);
+    auto grid = openvdb::Int32Grid::create(tree);
     grid->setName("block_id");
     return stream_bytes(grid);
   } catch (const std::exception& e) {
