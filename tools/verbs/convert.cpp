@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/progress.h"
+#include "tools/json_text.h"
 #include "tools/verb.h"
 #include "world/base/text.h"
 #include "world/formats/format.h"
@@ -55,7 +56,7 @@ world::Result<int> run_convert(ConvertOptions options) {
     nlohmann::json j{
         {"voxels", world.store.voxel_count()}, {"unmapped", report.unmapped}, {"warnings", report.warnings}};
     for (const auto& [name, value] : report.facts) j["facts"][name] = value;
-    std::cout << j.dump() << '\n';
+    std::cout << json_text(j) << '\n';
   } else {
     print_report(world, report);
   }

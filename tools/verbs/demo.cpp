@@ -6,6 +6,7 @@
 
 #include "render/image/display.h"
 #include "render/image/error_metrics.h"
+#include "render/image/flip.h"
 #include "tools/picture.h"
 #include "tools/verb.h"
 #include "world/base/text.h"
@@ -69,6 +70,8 @@ world::Result<int> run_demo(const std::string& scene_name, const std::string& fo
   std::printf("\nraster against raycast: %.4f %% of pixels within 1/255, PSNR %.1f dB, SSIM %.6f, FLIP %.6f\n",
               100 * difference.metrics.fraction_within_1, difference.metrics.psnr, difference.metrics.ssim,
               difference.metrics.flip);
+  TRY_STATUS(render::write_png(folder + "/" + scene.name + "-difference.png", render::heat_picture(difference.flip),
+                               {{"shows", "FLIP of raster against raycast: black 0 to white 1"}}));
   std::printf("\neffects\n");
   for (const world::EffectCall& effect : world::called_effects(world))
     std::printf("  %-16s %-4s %s\n", effect.name.c_str(), effect.called_for ? "yes" : "no", effect.why.c_str());

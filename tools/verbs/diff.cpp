@@ -7,9 +7,10 @@
 
 #include "render/image/png_exr.h"
 #include "tools/diff.h"
+#include "tools/json_text.h"
 #include "tools/verb.h"
 #include "world/base/text.h"
-#include "world/formats/format.h"
+#include "world/scenes/scene.h"
 
 namespace tools {
 namespace {
@@ -51,8 +52,7 @@ world::Result<int> finish(const nlohmann::json& json, bool as_json, const std::v
   if (as_json) {
     nlohmann::json all = json;
     all["failed"] = failed;
-    // Names of blocks come from files and need not be UTF-8.
-    std::cout << all.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+    std::cout << json_text(all) << '\n';
   }
   for (const std::string& sentence : failed) std::cerr << "loam: " << sentence << '\n';
   return failed.empty() ? 0 : static_cast<int>(world::ErrorKind::comparison);
@@ -86,8 +86,12 @@ world::Result<int> diff_worlds(const DiffOptions& options) {
                               " is not one");
   }
   world::ImportReport report;
-  TRY(const world::World a, world::read_world(options.a, {}, report));
-  TRY(const world::World b, world::read_world(options.b, {}, report));
+  const auto build = [&](const std::string& name) -> world::Result<world::World> {
+    TRY(const world::Scene scene, world::load_scene(name));
+    return world::build_world(scene, report);
+  };
+  TRY(const world::World a, build(options.a));
+  TRY(const world::World b, build(options.b));
   const WorldDifference difference = compare_worlds(a, b);
   std::vector<std::string> failed;
   if (options.equal && !difference.equal()) {
@@ -106,9 +110,11 @@ bool named_as_picture(const std::filesystem::path& path) {
 world::Result<int> run_diff(const DiffOptions& options) {
   const auto picture = [](const std::string& path) { return is_picture_file(path) || named_as_picture(path); };
   for (const std::string& path : {options.a, options.b}) {
-    // Say that a file is missing before saying what it should have been.
+    // Say that a file is missing before saying what it should have been; a world may be the name of a scene.
     std::error_code ignored;
-    if (!std::filesystem::exists(path, ignored)) return world::input_error(path + ": there is no such file");
+    if (std::filesystem::exists(path, ignored)) continue;
+    if (named_as_picture(path)) return world::input_error(path + ": there is no such file");
+    TRY([[maybe_unused]] const world::Scene scene, world::load_scene(path));
   }
   if (picture(options.a) != picture(options.b)) {
     return world::input_error(fmt::format("{} is a {} and {} is not: only two pictures or two worlds compare",

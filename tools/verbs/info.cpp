@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tools/json_text.h"
 #include "tools/verb.h"
 #include "world/base/text.h"
 #include "world/scenes/effects.h"
@@ -96,7 +97,7 @@ world::Result<int> run_info(const InfoOptions& options) {
   const auto size = std::filesystem::file_size(options.file, none);
   const nlohmann::json j = info_json(world, report, none ? 0 : size);
   if (options.json)
-    std::cout << j.dump() << '\n';
+    std::cout << json_text(j) << '\n';
   else
     print_info(j, options.effects);
   return 0;

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "tools/json_text.h"
 #include "tools/picture.h"
 #include "tools/progress.h"
 #include "tools/verb.h"
@@ -122,7 +123,7 @@ world::Result<int> run_render(const RenderOptions& options) {
     nlohmann::json j = reports.front();
     j["hash"] = hash_text(hash);
     if (reports.size() > 1) j["frames"] = reports;
-    std::cout << j.dump() << '\n';
+    std::cout << json_text(j) << '\n';
   }
   return 0;
 }

@@ -12,10 +12,10 @@ namespace world {
 struct Environment {
   Vec3d sun_direction = glm::normalize(Vec3d(0.45, 0.72, 0.36));  // towards the sun, unit length
   Irradiance3 sun_irradiance{560.0f, 520.0f, 450.0f};             // W/m^2 on a surface that faces the sun
-  Radiance3 sky_zenith{14.0f, 26.0f, 52.0f};
-  Radiance3 sky_horizon{42.0f, 52.0f, 64.0f};
+  Radiance3 sky_zenith{10.0f, 22.0f, 54.0f};
+  Radiance3 sky_horizon{36.0f, 50.0f, 70.0f};
   // Sunlit land of albedo 1/4 in haze: what lies beyond a world, and the light that it sends up.
-  Radiance3 sky_ground{40.0f, 48.0f, 57.0f};
+  Radiance3 sky_ground{35.0f, 46.0f, 61.0f};
 };
 
 }  // namespace world
