@@ -1,4 +1,4 @@
-/// OpenVDB's side of the store. Only world/store/*.cpp, world/formats/vdb.cpp and tools/bench/rivals/ may include this
+/// OpenVDB's side of the store. Only world/store/*.cpp, world/formats/vdb* and tools/bench/rivals/ may include this
 /// file: OpenVDB's headers cost 20 s a file.
 ///
 /// Invariant: a region that holds anything is an InternalNode of level 1 in the tree, and `regions` points to it; there

@@ -1,0 +1,53 @@
+/// What the files of the .vdb format share: grids of the types that are read, and how they are loaded. Internal to
+/// world/formats/vdb.
+#pragma once
+
+#include <openvdb/io/Stream.h>
+#include <openvdb/points/PointDataGrid.h>
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "world/formats/vdb.h"
+#include "world/store/tree.h"
+
+namespace world::vdb {
+
+constexpr size_t kUuidOffset = 8 + 4 + 4 + 4 + 1, kUuidBytes = 36;
+constexpr uint64_t kMaxFileBytes = uint64_t{1} << 33;
+constexpr const char* kBlockGrid = "block_id";
+inline const std::string kBlockKey = "loam_block_", kAboutKey = "loam_about_";
+
+/// Calls visit(tree of its own type) where the grid's type is one that we know.
+template <class Visit>
+bool with_tree(const openvdb::GridBase& grid, Visit visit) {
+  const auto try_type = [&](auto* null) {
+    using Grid = std::remove_pointer_t<decltype(null)>;
+    if (!grid.isType<Grid>()) return false;
+    visit(static_cast<const Grid&>(grid).constTree());
+    return true;
+  };
+  return try_type(static_cast<openvdb::FloatGrid*>(nullptr)) || try_type(static_cast<openvdb::DoubleGrid*>(nullptr)) ||
+         try_type(static_cast<openvdb::Int32Grid*>(nullptr)) || try_type(static_cast<openvdb::Int64Grid*>(nullptr)) ||
+         try_type(static_cast<openvdb::BoolGrid*>(nullptr)) || try_type(static_cast<openvdb::MaskGrid*>(nullptr)) ||
+         try_type(static_cast<openvdb::Vec3SGrid*>(nullptr)) || try_type(static_cast<openvdb::Vec3DGrid*>(nullptr)) ||
+         try_type(static_cast<openvdb::points::PointDataGrid*>(nullptr));
+}
+
+/// All grids of a file, checked.
+struct Loaded {
+  VdbFacts facts;
+  std::vector<openvdb::GridBase::Ptr> grids;
+  std::vector<std::string> unknown;  // grids of types that OpenVDB does not know here
+};
+
+/// Reads all grids, in a child process first.
+Result<Loaded> load(std::span<const uint8_t> bytes, std::string_view name);
+/// write() of the format.
+Status write_vdb(const World& world, const std::filesystem::path& path);
+
+inline bool inside_world(const openvdb::Coord& c) { return world::inside_world(voxel(c)); }
+
+}  // namespace world::vdb
