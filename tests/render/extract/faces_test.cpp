@@ -1,8 +1,12 @@
 #include "render/extract/faces.h"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 
+#include "render/bsdf/directions.shared.h"
 #include "tests/render/extract/worlds.h"
+#include "world/base/random.h"
 
 namespace render {
 namespace {
@@ -95,6 +99,32 @@ TEST(HardCaseG8, TransparentBlocksShareExactlyOneInterface) {
       EXPECT_EQ(interfaces(kWater, kStone), 1u);
       EXPECT_EQ(interfaces(kStone, kDirt), 0u);
     }
+}
+
+TEST(HardCaseG12, ASlabOfAnyNumberOfGlassVoxelsBendsARayTwiceAndLetsItGoAsItCame) {
+  // The walls between the voxels are no interfaces, so 64 voxels refract exactly as one does: on the way in, and out.
+  for (const int voxels : {1, 2, 7, 8, 9, 64}) {
+    World w = small_world();
+    EditBatch batch;
+    batch.fill({{100, 5, 5}, {100 + voxels - 1, 5, 5}}, kGlass);  // across leaves, and a region's border at 128
+    ASSERT_TRUE(w.store.apply(batch).ok());
+    size_t across = 0;
+    for (const auto& [v, face, block] : extracted(w)) across += world::face_axis(face) == 0;
+    EXPECT_EQ(across, 2u) << voxels;
+  }
+  // Out of the second face a ray goes as it came into the first: 4 ulp of 1, times 1 / (2 cos) beyond 60 degrees, since
+  // the cosine is the root of what is left of its square.
+  const glm::vec3 outward(-1, 0, 0);
+  for (int i = 0; i < 20000; ++i) {
+    const auto at = [&](uint64_t stream) { return world::uniform01(world::random_bits(12, i, 0, 0, 0, stream)); };
+    const float cosine = 0.05f + 0.95f * at(0), turn = 6.2831853f * at(1), sine = std::sqrt(1 - cosine * cosine);
+    const glm::vec3 wi = glm::normalize(glm::vec3(-cosine, sine * std::cos(turn), sine * std::sin(turn)));
+    const glm::vec3 inside = shared::refracted_direction(wi, outward, 1.5f);
+    // Beyond the far face the outward side is +x: the path comes from -inside there, seen from within the glass.
+    const glm::vec3 beyond = shared::refracted_direction(-inside, outward, 1 / 1.5f);
+    const float bound = 4 * 0x1p-23f * std::max(1.0f, 0.5f / cosine);
+    for (int axis = 0; axis < 3; ++axis) ASSERT_NEAR(beyond[axis], -wi[axis], bound) << "cosine " << cosine;
+  }
 }
 
 TEST(Faces, AFullLeafInFullLeavesIsSkipped) {
