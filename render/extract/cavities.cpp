@@ -182,15 +182,19 @@ class Flood {
     if (!region.waiting) waiting_.push_back(number), region.waiting = true;
   }
 
-  /// Everything beyond the side `face` of a region is reached.
-  void enter_region(RegionPos r, int face) {
-    const uint32_t number = look_up(r);
-    if (number == kEmptyReached) return;
+  /// A region without an opaque voxel is reached as a whole; false where it has some.
+  bool reached_as_empty(RegionPos r, uint32_t number) {
     if (number == kEmpty) {
       grid_[cell(r)] = kEmptyReached;
       open_regions_.push_back(r);
-      return;
     }
+    return number == kEmpty || number == kEmptyReached;
+  }
+
+  /// Everything beyond the side `face` of a region is reached.
+  void enter_region(RegionPos r, int face) {
+    const uint32_t number = look_up(r);
+    if (reached_as_empty(r, number)) return;
     const LeafPos first = leaf_from_region(r);
     const int axis = face_axis(face), u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
     for (int i = 0; i < kRegionLeaves; ++i)
@@ -257,12 +261,7 @@ class Flood {
       return;
     }
     const uint32_t number = look_up(r);
-    if (number == kEmptyReached) return;
-    if (number == kEmpty) {
-      grid_[cell(r)] = kEmptyReached;
-      open_regions_.push_back(r);
-      return;
-    }
+    if (reached_as_empty(r, number)) return;
     push(number, to);
   }
 

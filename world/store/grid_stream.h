@@ -11,6 +11,10 @@
 
 namespace world {
 
+// An OpenVDB header: magic (8 bytes), file version, library major and minor (4 each), has-offsets (1), then a random
+// UUID of 36 characters, which would make equal grids differ.
+constexpr size_t kUuidOffset = 8 + 4 + 4 + 4 + 1, kUuidBytes = 36;
+
 /// Writes the block ids of a region into a tree of 32-bit integers, air as inactive zeros.
 inline void add_region_ids(openvdb::Int32Tree& tree, const RegionNode& node) {
   for (int i = 0; i < kLeavesPerRegion; ++i) {
@@ -30,9 +34,6 @@ inline void add_region_ids(openvdb::Int32Tree& tree, const RegionNode& node) {
 
 /// One grid as bytes, which depend on its values only. May throw what OpenVDB throws.
 inline std::string stream_bytes(const openvdb::GridBase::ConstPtr& grid) {
-  // An OpenVDB header: magic (8 bytes), file version, library major and minor (4 each), has-offsets (1), then a random
-  // UUID of 36 characters, which would make equal regions differ.
-  constexpr size_t kUuidOffset = 8 + 4 + 4 + 4 + 1;
   constexpr char kNoUuid[] = "00000000-0000-0000-0000-000000000000";
   std::ostringstream out(std::ios::binary);
   openvdb::io::Stream stream(out);
@@ -40,8 +41,8 @@ inline std::string stream_bytes(const openvdb::GridBase::ConstPtr& grid) {
   openvdb::GridCPtrVec grids{grid};
   stream.write(grids);
   std::string bytes = std::move(out).str();
-  CHECK(bytes.size() > kUuidOffset + 36 && bytes[kUuidOffset + 8] == '-');
-  bytes.replace(kUuidOffset, 36, kNoUuid, 36);
+  CHECK(bytes.size() > kUuidOffset + kUuidBytes && bytes[kUuidOffset + 8] == '-');
+  bytes.replace(kUuidOffset, kUuidBytes, kNoUuid, kUuidBytes);
   return bytes;
 }
 

@@ -11,11 +11,10 @@
 #include <vector>
 
 #include "world/formats/vdb.h"
-#include "world/store/tree.h"
+#include "world/store/grid_stream.h"
 
 namespace world::vdb {
 
-constexpr size_t kUuidOffset = 8 + 4 + 4 + 4 + 1, kUuidBytes = 36;
 constexpr uint64_t kMaxFileBytes = uint64_t{1} << 33;
 constexpr const char* kBlockGrid = "block_id";
 inline const std::string kBlockKey = "loam_block_", kAboutKey = "loam_about_";
