@@ -23,8 +23,9 @@ const std::vector<Module>& modules() {
     std::vector<Module> t;
     // Inside world, each module sees those before it: base <- numbers <- ... <- store <- world.h.
     std::vector<std::string_view> below;
-    for (std::string_view prefix : {"world/base/", "world/numbers/", "world/units/", "world/space/", "world/blocks/",
-                                    "world/scenes/environment.", "world/store/", "world/world."}) {
+    for (std::string_view prefix :
+         {"world/base/", "world/numbers/", "world/units/", "world/space/", "world/blocks/", "world/luminaires/",
+          "world/media/", "world/meshes/", "world/scenes/environment.", "world/store/", "world/world."}) {
       t.push_back({prefix, below});
       below.push_back(prefix);
     }
@@ -47,6 +48,8 @@ const std::vector<Module>& modules() {
     picture.push_back("render/");
     for (std::string_view prefix : {"render/extract/", "render/effects/"}) t.push_back({prefix, picture});
     picture.insert(picture.end(), {"render/extract/", "render/effects/"});
+    t.push_back({"render/trace/", picture});  // what both ray backends share
+    picture.push_back("render/trace/");
     for (std::string_view prefix : {"render/raster/", "render/raycast/", "render/reference/"})
       t.push_back({prefix, picture});
     picture.insert(picture.end(), {"render/raster/", "render/raycast/", "render/reference/"});

@@ -4,8 +4,12 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "world/blocks/block.h"
+#include "world/luminaires/luminaire.h"
+#include "world/media/medium.h"
+#include "world/meshes/mesh.h"
 #include "world/scenes/environment.h"
 #include "world/store/store.h"
 
@@ -19,6 +23,9 @@ struct World {
   std::unique_ptr<BlockPalette> palette;  // on the heap, so that moving a world keeps the store's reference
   Store store;
   Environment environment;
+  std::vector<Luminaire> luminaires;
+  std::vector<Medium> media;
+  std::vector<MeshInstance> meshes;
   std::map<std::string, std::string> metadata;  // source, seed, voxel_size_m, ...
 };
 

@@ -15,6 +15,8 @@
 
 namespace world {
 
+class TomlTable;
+
 using BlockId = uint16_t;
 constexpr BlockId kAir = 0;
 constexpr size_t kMaxBlocks = 65536;
@@ -68,6 +70,9 @@ class BlockPalette {
 
 /// Checks ranges; the message names the property, its value and the allowed range.
 Status check_block(const Block& block);
+
+/// Reads one section; what is wrong is noted in its document.
+Block read_block(const std::string& name, TomlTable& table);
 
 /// Adds the blocks of one TOML text. Errors name file, line, column and the nearest known key.
 Status add_blocks_from_toml(BlockPalette& palette, std::string_view text, const std::string& file_name);

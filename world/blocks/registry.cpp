@@ -71,6 +71,24 @@ bool read_bands(TomlTable& table, std::string_view key, Bands& out, NumberRange 
   return true;
 }
 
+Status check_value(const Block& block, const char* property, float value, const NumberRange& range) {
+  if (range.contains(value)) return {};
+  return input_error("block '" + block.name + "': " + property + " is " + number_text(value) + ", but must be " +
+                     range.text());
+}
+Status check_value(const Block& block, const char* property, double value, const NumberRange& range) {
+  if (range.contains(value)) return {};
+  return input_error("block '" + block.name + "': " + property + " is " + number_text(value) + ", but must be " +
+                     range.text());
+}
+template <class Bands>
+Status check_bands(const Block& block, const char* property, Bands bands, const NumberRange& range) {
+  for (const float value : {bands.r, bands.g, bands.b}) TRY_STATUS(check_value(block, property, value, range));
+  return {};
+}
+
+}  // namespace
+
 Block read_block(const std::string& name, TomlTable& table) {
   Block block;
   block.name = name;
@@ -95,24 +113,6 @@ Block read_block(const std::string& name, TomlTable& table) {
   table.read("proxy", block.proxy);
   return block;
 }
-
-Status check_value(const Block& block, const char* property, float value, const NumberRange& range) {
-  if (range.contains(value)) return {};
-  return input_error("block '" + block.name + "': " + property + " is " + number_text(value) + ", but must be " +
-                     range.text());
-}
-Status check_value(const Block& block, const char* property, double value, const NumberRange& range) {
-  if (range.contains(value)) return {};
-  return input_error("block '" + block.name + "': " + property + " is " + number_text(value) + ", but must be " +
-                     range.text());
-}
-template <class Bands>
-Status check_bands(const Block& block, const char* property, Bands bands, const NumberRange& range) {
-  for (const float value : {bands.r, bands.g, bands.b}) TRY_STATUS(check_value(block, property, value, range));
-  return {};
-}
-
-}  // namespace
 
 std::string_view phase_name(Phase phase) { return kPhaseNames[static_cast<int>(phase)]; }
 

@@ -100,7 +100,9 @@ void read_environment(TomlTable root, Environment& environment) {
   }
 }
 
-Result<Scene> parse_scene(std::string_view text, const std::string& name, const std::string& file_name) {
+/// `folder`: where files that the scene names lie.
+Result<Scene> parse_scene(std::string_view text, const std::string& name, const std::string& file_name,
+                          const std::filesystem::path& folder) {
   TRY(TomlDocument document, TomlDocument::parse(text, file_name));
   Scene scene;
   scene.name = name;
@@ -119,6 +121,12 @@ Result<Scene> parse_scene(std::string_view text, const std::string& name, const 
     scene.fills.push_back(f);
   }
   read_environment(root, scene.environment);
+  for (TomlTable blocks : root.table("block"))
+    for (auto& [block_name, table] : blocks.tables()) scene.blocks.push_back(read_block(block_name, table));
+  const VoxelPos offset = scene.offset;
+  for (TomlTable table : root.array_of_tables("luminaire")) scene.luminaires.push_back(read_luminaire(table, offset));
+  for (TomlTable table : root.array_of_tables("medium")) scene.media.push_back(read_medium(table, offset));
+  for (TomlTable table : root.array_of_tables("mesh")) scene.meshes.push_back(read_mesh(table, offset, folder));
   for (TomlTable camera : root.array_of_tables("camera")) read_camera(camera, scene);
   for (TomlTable knobs : root.table("knobs"))
     for (const std::string& key : knobs.keys()) {
@@ -176,7 +184,7 @@ std::vector<std::string> scene_names() {
 Result<Scene> load_scene(const std::string& name_or_path) {
   for (const EmbeddedText* file = scene_files; file->name; ++file)
     if (std::filesystem::path(file->name).stem() == name_or_path)
-      return parse_scene(file->text, name_or_path, std::string("world/scenes/") + file->name);
+      return parse_scene(file->text, name_or_path, std::string("world/scenes/") + file->name, {});
   const std::filesystem::path path = name_or_path;
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) {
@@ -187,8 +195,8 @@ Result<Scene> load_scene(const std::string& name_or_path) {
   }
   if (path.extension() == ".toml") {
     TRY(const std::vector<uint8_t> bytes, read_file(path, 16 << 20));
-    TRY(Scene scene,
-        parse_scene({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, path.stem().string(), path.string()));
+    TRY(Scene scene, parse_scene({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, path.stem().string(),
+                                 path.string(), path.parent_path()));
     // A file that a scene names lies beside the scene.
     if (!scene.file.empty() && scene.file.is_relative()) scene.file = path.parent_path() / scene.file;
     return scene;
@@ -206,6 +214,9 @@ Result<World> build_world(const Scene& scene, ImportReport& report) {
     Store shifted = moved(world.store, scene.offset, *world.palette);
     world.store = std::move(shifted);
   }
+  for (const Block& block : scene.blocks) {
+    TRY([[maybe_unused]] const BlockId added, world.palette->add(block));
+  }
   EditBatch fills;
   for (const Scene::Fill& fill : scene.fills) {
     const auto block = world.palette->find(fill.block);
@@ -219,6 +230,20 @@ Result<World> build_world(const Scene& scene, ImportReport& report) {
     TRY([[maybe_unused]] const EditReport edits, world.store.apply(fills));
   }
   if (!from_file || !scene.cameras.empty()) world.environment = scene.environment;
+  world.luminaires = scene.luminaires;
+  world.media = scene.media;
+  world.meshes = scene.meshes;
+  for (MeshInstance& mesh : world.meshes) {
+    for (const auto& [block_name, id] :
+         {std::pair{&mesh.block, &mesh.block_id}, {&mesh.checker_block, &mesh.checker_id}}) {
+      if (block_name->empty()) continue;
+      const auto block = world.palette->find(*block_name);
+      if (!block)
+        return input_error(fmt::format("{}: there is no block \"{}\" (did you mean \"{}\"?)", mesh.where, *block_name,
+                                       world.palette->nearest_name(*block_name)));
+      *id = *block;
+    }
+  }
   return world;
 }
 

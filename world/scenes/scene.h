@@ -41,6 +41,10 @@ struct Scene {
   VoxelPos offset;  // added to every position of the world and its cameras
   std::vector<CameraPlacement> cameras;
   Environment environment;
+  std::vector<Block> blocks;  // [block.NAME]: of this scene alone
+  std::vector<Luminaire> luminaires;
+  std::vector<Medium> media;
+  std::vector<MeshInstance> meshes;
   std::map<std::string, std::string> knobs;  // name -> value, applied below the command line
 };
 

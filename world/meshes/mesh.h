@@ -1,0 +1,54 @@
+/// Triangle meshes that stand in a world beside its voxels: a [[mesh]] of a scene, from a file.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <glm/mat3x3.hpp>
+#include <glm/vec2.hpp>
+
+#include "world/base/errors.h"
+#include "world/base/toml_reader.h"
+#include "world/blocks/block.h"
+#include "world/space/world_point.h"
+
+namespace world {
+
+struct TriangleMesh {
+  std::vector<Vec3f> positions;                // m
+  std::vector<glm::uvec3> triangles;           // counter-clockwise seen from outside
+  std::vector<Vec3f> normals;                  // by position, unit; empty: faceted
+  std::vector<glm::vec2> texture_coordinates;  // by position; empty where the file has none
+};
+
+/// .obj (by tinyobjloader) or .ply. Bounded in memory by the file's size; degenerate triangles are dropped and counted.
+struct MeshReport {
+  uint64_t degenerate = 0;
+};
+Result<TriangleMesh> read_mesh_file(const std::filesystem::path& path, MeshReport& report);
+
+/// A mesh put into the world: world = position + transform * mesh.
+struct MeshInstance {
+  std::string name;
+  std::string file;  // as the scene says it
+  std::shared_ptr<const TriangleMesh> mesh;
+  WorldPoint position;
+  glm::dmat3 transform{1.0};    // columns: images of the mesh's axes
+  std::string block;            // whose material it has
+  BlockId block_id = kAir;      // set when the world is built
+  bool null_surface = false;    // rays pass through; it only bounds a medium
+  std::string interior_medium;  // name of a [[medium]] that fills it; none where empty
+  Radiance3 radiance;           // W/(m^2 sr) that its front side emits
+  bool smooth = false;          // shade with interpolated normals
+  std::string checker_block;    // the second material of a checkerboard over texture coordinates
+  BlockId checker_id = kAir;
+  glm::vec2 checkers{0, 0};  // squares along u and v; 0: no checkerboard
+  std::string where;         // file:line:column of its table, for messages
+};
+
+/// `folder` is where relative files lie. Reads the file too; what is wrong is noted in the table's document.
+MeshInstance read_mesh(TomlTable& table, VoxelPos offset, const std::filesystem::path& folder);
+
+}  // namespace world
