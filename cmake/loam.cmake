@@ -22,7 +22,8 @@ function(compile_shaders target glob)
     set(output ${CMAKE_BINARY_DIR}/generated/${base}.spv.h)
     add_custom_command(OUTPUT ${output} DEPENDS ${file} ${shared}
       COMMAND ${CMAKE_COMMAND} -E make_directory ${CMAKE_BINARY_DIR}/generated
-      COMMAND ${GLSLANG} --quiet -S ${stage} --target-env vulkan1.3 -I${CMAKE_SOURCE_DIR} --vn ${symbol}_spv -o ${output} ${file} VERBATIM)
+      COMMAND ${GLSLANG} --quiet -S ${stage} --target-env vulkan1.3 -I${CMAKE_SOURCE_DIR}
+        -I${CMAKE_BINARY_DIR}/generated --vn ${symbol}_spv -o ${output} ${file} VERBATIM)
     target_sources(${target} PRIVATE ${output})
   endforeach()
 endfunction()
@@ -50,5 +51,28 @@ function(concept_folder target folder macro)
   endforeach()
   string(REPLACE "/" "_" list ${folder})
   file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/generated/${list}.list.h CONTENT "${text}")
+  target_include_directories(${target} PRIVATE ${CMAKE_BINARY_DIR}/generated)
+endfunction()
+
+# shared_concept_folder(target folder MACRO [not a member...]): as concept_folder, for members that are written once for
+# C++ and GLSL, folder/name.shared.h. Beside the list, generated/<folder with _>.members.h includes all members and
+# numbers them: #define MACRO_name 0 ...; both compilers read both files.
+function(shared_concept_folder target folder macro)
+  file(GLOB files CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${folder}/*.shared.h)
+  list(SORT files)
+  set(list_text "")
+  set(members_text "")
+  set(number 0)
+  foreach(file ${files})
+    get_filename_component(name ${file} NAME_WE)
+    if(NOT name IN_LIST ARGN)
+      string(APPEND list_text "${macro}(${name})\n")
+      string(APPEND members_text "#include \"${folder}/${name}.shared.h\"\n#define ${macro}_${name} ${number}\n")
+      math(EXPR number "${number} + 1")
+    endif()
+  endforeach()
+  string(REPLACE "/" "_" list ${folder})
+  file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/generated/${list}.list.h CONTENT "${list_text}")
+  file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/generated/${list}.members.h CONTENT "${members_text}")
   target_include_directories(${target} PRIVATE ${CMAKE_BINARY_DIR}/generated)
 endfunction()

@@ -19,8 +19,9 @@ int compile_glsl(const std::string& text) {
   const world::TemporaryFolder folder;
   const std::string shader = (folder / "shared.comp").string();
   std::ofstream(shader) << text;
-  const std::string command =
-      "glslangValidator --target-env vulkan1.3 -S comp -I'" LOAM_SOURCE_DIR "' -o /dev/null '" + shader + "'";
+  const std::string command = "glslangValidator --target-env vulkan1.3 -S comp -I'" LOAM_SOURCE_DIR
+                              "' -I'" LOAM_GENERATED_DIR "' -o /dev/null '" +
+                              shader + "'";
   return std::system(command.c_str());
 }
 

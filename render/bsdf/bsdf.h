@@ -17,23 +17,10 @@
 namespace render {
 
 using shared::BsdfParameters;
+using shared::BsdfSample;
+using shared::Impulse;
+using shared::Impulses;
 using world::Vec3f;
-
-struct Impulse {
-  Vec3f direction{0};
-  Vec3f magnitude{0};  // of the radiance (incoming) or of the power (outgoing) that goes this way, by band
-};
-struct Impulses {
-  int count = 0;
-  Impulse impulse[2];
-};
-
-struct BsdfSample {
-  Vec3f direction{0};
-  Vec3f weight{0};  // finite: f |cos| / pdf; impulse: magnitude / probability of this choice; 0: absorbed
-  float pdf = 0;    // of the finite part's direction, 1/sr; 0 for an impulse
-  bool impulse = false;
-};
 
 struct Bsdf {
   std::string_view name;
@@ -49,15 +36,19 @@ struct Bsdf {
   BsdfSample (*scatter_out)(const BsdfParameters&, Vec3f wi, Vec3f n, Vec3f u);
   /// With which scatter_in(wo) picks wi from the finite part, 1/sr (its share against the impulses included).
   float (*pdf)(const BsdfParameters&, Vec3f wi, Vec3f wo, Vec3f n);
-  /// Scattered, not absorbed, by band: the albedo seen from this direction, impulses included.
+  /// Scattered, not absorbed, by band: the albedo seen from this direction, impulses included; of power, so that
+  /// 1 / eta^2 is no part of it.
   Vec3f (*probability_in)(const BsdfParameters&, Vec3f wo, Vec3f n);
   Vec3f (*probability_out)(const BsdfParameters&, Vec3f wi, Vec3f n);
 };
 
-/// Sorted by name.
+/// Sorted by name; a shader knows each by its place (render/bsdf/every_bsdf.shared.h).
 std::span<const Bsdf> bsdfs();
 /// Null where there is none of that name.
 const Bsdf* find_bsdf(std::string_view name);
+
+/// Fails where a block names a BSDF that there is none of; the message names both, and the nearest name there is.
+world::Status check_bsdfs(const world::BlockPalette& palette);
 
 /// What a block's surface looks like from a medium of the given index of refraction outside. `inside`: seen from within
 /// the block.

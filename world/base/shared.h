@@ -10,7 +10,9 @@
  *   #endif
  *
  * In GLSL: #extension GL_GOOGLE_include_directive : require, and -I the root of the repository.
- * Inside the namespace C++ sees GLSL's type names and functions through `using namespace glsl`. */
+ * Inside the namespace C++ sees GLSL's type names and functions through `using namespace glsl`.
+ * SHARED_IN(Record) is how a function takes a record: by reference in C++. SHARED_INIT(value) after a member of a
+ * record is what C++ starts it with; GLSL, which has no such thing, starts with anything. */
 #ifndef LOAM_SHARED_H
 #define LOAM_SHARED_H
 
@@ -28,8 +30,8 @@
 
 namespace glsl {
 using uint = uint32_t;
-using glm::abs, glm::ceil, glm::clamp, glm::cross, glm::dot, glm::floor, glm::length, glm::max, glm::min, glm::mix,
-    glm::sign, glm::sqrt;
+using glm::abs, glm::ceil, glm::clamp, glm::cross, glm::dot, glm::exp, glm::exp2, glm::floor, glm::fract, glm::length,
+    glm::log, glm::log2, glm::max, glm::min, glm::mix, glm::normalize, glm::pow, glm::sign, glm::sqrt;
 using glm::ivec2, glm::ivec3, glm::ivec4, glm::uvec2, glm::uvec3, glm::uvec4, glm::vec2, glm::vec3, glm::vec4;
 }  // namespace glsl
 
@@ -42,6 +44,8 @@ using glm::ivec2, glm::ivec3, glm::ivec4, glm::uvec2, glm::uvec3, glm::uvec4, gl
   }
 #define SHARED inline
 #define SHARED_CONST inline constexpr
+#define SHARED_IN(Record) const Record&
+#define SHARED_INIT(value) = value
 
 #else
 
@@ -49,6 +53,8 @@ using glm::ivec2, glm::ivec3, glm::ivec4, glm::uvec2, glm::uvec3, glm::uvec4, gl
 #define SHARED_NAMESPACE_END
 #define SHARED
 #define SHARED_CONST const
+#define SHARED_IN(Record) Record
+#define SHARED_INIT(value)
 
 #endif
 #endif
