@@ -24,14 +24,16 @@
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
 namespace glsl {
 using uint = uint32_t;
-using glm::abs, glm::ceil, glm::clamp, glm::cross, glm::dot, glm::exp, glm::exp2, glm::floor, glm::fract, glm::length,
-    glm::log, glm::log2, glm::max, glm::min, glm::mix, glm::normalize, glm::pow, glm::sign, glm::sqrt;
+using glm::abs, glm::acos, glm::asin, glm::atan, glm::ceil, glm::clamp, glm::cos, glm::cross, glm::dot, glm::exp,
+    glm::exp2, glm::floor, glm::fract, glm::length, glm::log, glm::log2, glm::max, glm::min, glm::mix, glm::normalize,
+    glm::pow, glm::sign, glm::sin, glm::sqrt, glm::tan;
 using glm::ivec2, glm::ivec3, glm::ivec4, glm::uvec2, glm::uvec3, glm::uvec4, glm::vec2, glm::vec3, glm::vec4;
 }  // namespace glsl
 

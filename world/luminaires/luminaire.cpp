@@ -2,7 +2,7 @@
 
 namespace world {
 
-Luminaire read_luminaire(TomlTable& table, VoxelPos) {
+Luminaire read_luminaire(TomlTable& table, VoxelPos, const std::filesystem::path&) {
   table.fail({}, "luminaires are not read yet");
   return {};
 }

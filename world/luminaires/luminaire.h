@@ -7,6 +7,7 @@
 /// source  McGuire, Hughes et al. Computer Graphics: Principles and Practice, 3rd edition. 2013, section 14.11
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -37,13 +38,17 @@ struct Luminaire {
   Vec3f up{0, 0, 1};       // unit, perpendicular to axis: second edge of a rectangle, up in an image
   Power3 power;            // W, >= 0, of kinds that have a place
   Irradiance3 irradiance;  // W/m^2 on a plane that faces it: directional
-  Radiance3 radiance;      // W/(m^2 sr): hemisphere
+  Radiance3 radiance;      // W/(m^2 sr): hemisphere; of kinds with an area, where the power is 0: Phi = pi A L
   Vec2f extent{1, 1};      // m, edges of a rectangle: along cross(up, axis), and along up
   float radius = 0;        // m: disk, sphere; of an omni the clamp's r_min
   float half_angle = 3.14159265f;                 // rad, 0..pi: spot, gobo, unified point
+  float inner_half_angle = 3.14159265f;           // rad: where the soft edge of a spot or gobo begins; hard if larger
   Vec3f attenuation{0, 0, 1};                     // of 1, r, r^2: unified point
   bool at_infinity = false;                       // unified point with w = 0
+  bool whole_sphere = false;                      // hemisphere: light comes from below its horizon too
+  bool uniform_area = false;                      // rectangle, disk: sample by area, not by solid angle
   std::string image;                              // path of an image that modulates it; none where empty
+  std::string mesh_file;                          // path of a mesh emitter's triangles
   std::string where;                              // file:line:column of its table, for messages
   std::shared_ptr<const LightImage> light_image;  // what `image` holds, once loaded
   std::vector<Vec3f> triangles;                   // mesh: three corners each, relative to position
@@ -52,8 +57,9 @@ struct Luminaire {
   bool visible = true;  // seen by camera rays where it has an area
 };
 
-/// What is wrong (ranges, keys that the kind has no use for) is noted in the table's document. Reads no image.
-Luminaire read_luminaire(TomlTable& table, VoxelPos offset);
+/// What is wrong (ranges, keys that the kind has no use for) is noted in the table's document. Opens no file; relative
+/// paths are those from `folder`.
+Luminaire read_luminaire(TomlTable& table, VoxelPos offset, const std::filesystem::path& folder = {});
 /// The members, sorted.
 std::vector<std::string> luminaire_kinds();
 

@@ -124,7 +124,8 @@ Result<Scene> parse_scene(std::string_view text, const std::string& name, const 
   for (TomlTable blocks : root.table("block"))
     for (auto& [block_name, table] : blocks.tables()) scene.blocks.push_back(read_block(block_name, table));
   const VoxelPos offset = scene.offset;
-  for (TomlTable table : root.array_of_tables("luminaire")) scene.luminaires.push_back(read_luminaire(table, offset));
+  for (TomlTable table : root.array_of_tables("luminaire"))
+    scene.luminaires.push_back(read_luminaire(table, offset, folder));
   for (TomlTable table : root.array_of_tables("medium")) scene.media.push_back(read_medium(table, offset));
   for (TomlTable table : root.array_of_tables("mesh")) scene.meshes.push_back(read_mesh(table, offset, folder));
   for (TomlTable camera : root.array_of_tables("camera")) read_camera(camera, scene);
