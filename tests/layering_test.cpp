@@ -84,6 +84,7 @@ struct Confined {
 const std::vector<Confined> kConfined = {
     {"openvdb/", {"world/store/", "world/formats/vdb.cpp", "world/formats/vdb/", "tools/bench/rivals/", "tests/"}},
     {"nanovdb/", {}},
+    {"embree3/", {"render/trace/", "tools/bench/rivals/"}},
     {"vulkan/", {"render/", "tests/render/"}},
     {"volk.h", {"render/"}},
     {"sqlite3.h", {"world/", "tools/bench/rivals/", "tests/"}},

@@ -9,7 +9,7 @@ packages=(
   libtbb-dev libimath-dev zlib1g-dev
   libglm-dev libfmt-dev libhwy-dev libtomlplusplus-dev                   # vectors, text, SIMD, scene files
   libsqlite3-dev libzstd-dev libxxhash-dev                               # saves
-  libembree-dev libtinyobjloader-dev                                     # triangle meshes, and rays that meet them
+  libembree-dev                                                          # rays that meet triangle meshes
   libpng-dev libopenexr-dev                                              # pictures
   libvulkan-dev libvulkan-volk-dev glslang-tools mesa-vulkan-drivers     # Vulkan, with a software device
   nlohmann-json3-dev libcli11-dev                                        # the command

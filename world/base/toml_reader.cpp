@@ -150,6 +150,11 @@ struct TomlState {
 
 bool TomlTable::has(std::string_view key) const { return state_->handed[index_].table->contains(key); }
 
+bool TomlTable::has_array(std::string_view key) const {
+  const toml::node* node = state_->handed[index_].table->get(key);
+  return node && node->is_array();
+}
+
 std::vector<std::string> TomlTable::keys() const {
   std::vector<std::tuple<uint32_t, uint32_t, std::string>> found;
   for (const auto& [key, node] : *state_->handed[index_].table)

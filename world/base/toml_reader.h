@@ -45,6 +45,8 @@ struct TomlState;
 class TomlTable {
  public:
   bool has(std::string_view key) const;
+  /// Whether the key holds an array: for keys that take one number or several.
+  bool has_array(std::string_view key) const;
   /// Keys in file order, known or not.
   std::vector<std::string> keys() const;
 

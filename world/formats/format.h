@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "world/base/errors.h"
+#include "world/base/file.h"
 #include "world/world.h"
 
 namespace world {
@@ -57,8 +58,6 @@ Result<World> read_world(const std::filesystem::path& path, const ImportOptions&
 /// Writes beside the target, syncs, and renames over it: no partial output is ever left.
 Status write_world(const World& world, const std::filesystem::path& path);
 
-/// The bytes of a file; the error names the file and the reason. `limit` bounds the size.
-Result<std::vector<uint8_t>> read_file(const std::filesystem::path& path, uint64_t limit = uint64_t{1} << 36);
 /// Calls write(temporary path), then syncs and renames to `path`; removes the temporary file on any failure.
 Status write_file_atomically(const std::filesystem::path& path,
                              const std::function<Status(const std::filesystem::path&)>& write);

@@ -23,10 +23,11 @@ struct TriangleMesh {
   std::vector<glm::vec2> texture_coordinates;  // by position; empty where the file has none
 };
 
-/// .obj (by tinyobjloader) or .ply. Bounded in memory by the file's size; degenerate triangles are dropped and counted.
 struct MeshReport {
-  uint64_t degenerate = 0;
+  uint64_t degenerate = 0;  // triangles that were dropped because they have no area
 };
+/// .obj or .ply. Memory is bounded by the file's size. Faces of more than three corners become triangles. Normals and
+/// texture coordinates count only where every corner of every face has them.
 Result<TriangleMesh> read_mesh_file(const std::filesystem::path& path, MeshReport& report);
 
 /// A mesh put into the world: world = position + transform * mesh.
@@ -45,10 +46,24 @@ struct MeshInstance {
   std::string checker_block;    // the second material of a checkerboard over texture coordinates
   BlockId checker_id = kAir;
   glm::vec2 checkers{0, 0};  // squares along u and v; 0: no checkerboard
+  uint64_t degenerate = 0;   // triangles of the file that have no area and were dropped
   std::string where;         // file:line:column of its table, for messages
 };
 
 /// `folder` is where relative files lie. Reads the file too; what is wrong is noted in the table's document.
+///
+///   file = "sphere.obj"        required: .obj or .ply
+///   name = "sphere"            the file's name without folder and extension where missing
+///   position = [x, y, z]       m; within the world's border
+///   scale = 2 or [x, y, z]     each not 0; below 0 mirrors
+///   rotate_deg = [x, y, z]     after scaling: about the x axis, then y, then z
+///   matrix = [12 numbers]      instead of scale and rotate_deg: three rows of four, the fourth is added to position
+///   block = "white_paint"      whose material it has; required but for a null surface or one that emits
+///   null_surface = true        rays pass through it; it bounds interior_medium
+///   interior_medium = "fog"    name of a [[medium]]
+///   radiance = [r, g, b]       W/(m^2 sr), >= 0, of the front side
+///   smooth = true              interpolated normals; the file must have normals
+///   checker_block, checkers    a second material, and squares along u and v, each > 0; need texture coordinates
 MeshInstance read_mesh(TomlTable& table, VoxelPos offset, const std::filesystem::path& folder);
 
 }  // namespace world

@@ -244,6 +244,13 @@ Result<World> build_world(const Scene& scene, ImportReport& report) {
                                        world.palette->nearest_name(*block_name)));
       *id = *block;
     }
+    std::vector<std::string> media;
+    for (const Medium& medium : world.media) media.push_back(medium.name);
+    if (!mesh.interior_medium.empty() && std::find(media.begin(), media.end(), mesh.interior_medium) == media.end()) {
+      const std::string nearest = nearest_text(mesh.interior_medium, media);
+      return input_error(fmt::format("{}: there is no medium \"{}\"{}", mesh.where, mesh.interior_medium,
+                                     nearest.empty() ? "" : " (did you mean \"" + nearest + "\"?)"));
+    }
   }
   return world;
 }

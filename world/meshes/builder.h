@@ -1,0 +1,47 @@
+/// What the readers of mesh files share: faces of any number of corners in, a TriangleMesh out.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "world/meshes/mesh.h"
+
+namespace world {
+
+/// A corner of a face: indices from 0 into the file's lists; kNone where the file names none.
+struct MeshCorner {
+  static constexpr uint32_t kNone = 0xffffffffu;
+  uint32_t position = kNone, texture = kNone, normal = kNone;
+  friend bool operator==(const MeshCorner&, const MeshCorner&) = default;
+};
+
+/// Collects positions and faces, in the file's order. Indices are the caller's to check.
+/// A face of n corners becomes n - 2 triangles: by clipping ears in the plane that its corners lie nearest to, where it
+/// isn't convex; by a fan from its first corner where it is, or where it crosses itself.
+class MeshBuilder {
+ public:
+  std::vector<Vec3f> positions, normals;
+  std::vector<glm::vec2> textures;
+  /// Corners of a face that isn't convex; more take too long.
+  static constexpr size_t kMostCorners = 1024;
+
+  /// False where the face has fewer than three corners, or more than kMostCorners and is not convex.
+  [[nodiscard]] bool add_face(std::span<const MeshCorner> corners);
+  /// Drops triangles without area, and vertices that no triangle has. Fails where no triangle is left.
+  Result<TriangleMesh> finish(std::string_view file, MeshReport& report) &&;
+
+ private:
+  void add_triangle(const MeshCorner& a, const MeshCorner& b, const MeshCorner& c);
+  bool clip_ears(std::span<const MeshCorner> corners);
+
+  std::vector<MeshCorner> triangles_;  // three a triangle
+  bool all_have_textures_ = true, all_have_normals_ = true;
+};
+
+Result<TriangleMesh> read_obj(std::span<const uint8_t> bytes, std::string_view file, MeshReport& report);
+Result<TriangleMesh> read_ply(std::span<const uint8_t> bytes, std::string_view file, MeshReport& report);
+
+}  // namespace world

@@ -1,0 +1,165 @@
+// Wavefront .obj -> mesh: v, vt, vn and f; everything else (groups, materials, lines, curves) is passed over.
+//
+// An own reader, because tinyobjloader (2.0.0rc10) takes `v nan 0 0` and `v 1 2` for zeros, cuts faces of more than 255
+// corners, and names no line.
+// source  Wavefront Technologies. Advanced Visualizer Manual, appendix B1: Object Files. 1995
+#include <charconv>
+#include <cmath>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "world/meshes/builder.h"
+
+namespace world {
+namespace {
+
+bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
+
+/// Walks through a text line by line; a backslash at a line's end joins the next one.
+class Lines {
+ public:
+  explicit Lines(std::string_view text) : text_(text) {}
+  /// False at the end. The line is without comment.
+  bool next(std::string_view& line) {
+    if (at_ >= text_.size()) return false;
+    number_ += taken_;
+    taken_ = 1;
+    line = take();
+    if (line.ends_with('\\')) {
+      joined_.assign(line);
+      while (joined_.ends_with('\\') && at_ < text_.size()) {
+        joined_.back() = ' ';
+        joined_ += take();
+        ++taken_;
+      }
+      line = joined_;
+    }
+    line = line.substr(0, line.find('#'));
+    return true;
+  }
+  uint64_t number() const { return number_; }
+
+ private:
+  std::string_view take() {
+    const size_t end = std::min(text_.find('\n', at_), text_.size());
+    std::string_view line = text_.substr(at_, end - at_);
+    at_ = end + 1;
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    return line;
+  }
+  std::string_view text_;
+  size_t at_ = 0;
+  uint64_t number_ = 1, taken_ = 0;
+  std::string joined_;
+};
+
+/// Takes the next word off the line; empty where there is none.
+std::string_view take_word(std::string_view& line) {
+  size_t start = 0;
+  while (start < line.size() && is_space(line[start])) ++start;
+  size_t end = start;
+  while (end < line.size() && !is_space(line[end])) ++end;
+  const std::string_view word = line.substr(start, end - start);
+  line.remove_prefix(end);
+  return word;
+}
+
+template <class Number>
+bool parse(std::string_view word, Number& out) {
+  if (word.starts_with('+')) word.remove_prefix(1);
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), out);
+  return error == std::errc() && end == word.data() + word.size();
+}
+
+class ObjReader {
+ public:
+  ObjReader(std::span<const uint8_t> bytes, std::string_view file)
+      : lines_({reinterpret_cast<const char*>(bytes.data()), bytes.size()}), file_(file) {}
+
+  Result<TriangleMesh> read(MeshReport& report) {
+    std::string_view line;
+    while (lines_.next(line)) {
+      const std::string_view keyword = take_word(line);
+      if (keyword == "v") {
+        TRY(const Vec3f v, numbers(line, "v", 3));
+        builder_.positions.push_back(v);
+      } else if (keyword == "vn") {
+        TRY(const Vec3f n, numbers(line, "vn", 3));
+        builder_.normals.push_back(n);
+      } else if (keyword == "vt") {
+        TRY(const Vec3f t, numbers(line, "vt", 1));
+        builder_.textures.emplace_back(t.x, t.y);
+      } else if (keyword == "f") {
+        TRY_STATUS(face(line));
+      }
+    }
+    return std::move(builder_).finish(file_, report);
+  }
+
+ private:
+  Error error(const std::string& what) const {
+    return input_error(fmt::format("{}:{}: {}", file_, lines_.number(), what));
+  }
+
+  /// Up to three numbers, at least `needed`; more (weights, colours) are passed over.
+  Result<Vec3f> numbers(std::string_view line, const char* keyword, int needed) const {
+    Vec3f v(0.0f);
+    for (int i = 0; i < 3; ++i) {
+      const std::string_view word = take_word(line);
+      if (word.empty() && i >= needed) break;
+      double value = 0;
+      if (!parse(word, value) || !std::isfinite(static_cast<float>(value)))
+        return error(word.empty() ? fmt::format("'{}' has {} numbers, but needs {}", keyword, i, needed)
+                                  : fmt::format("'{}' has \"{}\", but needs a finite number", keyword, word));
+      v[i] = static_cast<float>(value);
+    }
+    return v;
+  }
+
+  /// 1 is the first; -1 the last so far.
+  Status index(std::string_view word, size_t size, const char* what, uint32_t& out) const {
+    int64_t value = 0;
+    if (!parse(word, value)) return error(fmt::format("'f' has \"{}\", but needs the number of a {}", word, what));
+    const int64_t n = static_cast<int64_t>(size), from_zero = value > 0 ? value - 1 : n + value;
+    if (value == 0 || from_zero < 0 || from_zero >= n)
+      return error(fmt::format("'f' names {} {}, but there are {} before it: it must be in 1..{} or -{}..-1", what,
+                               value, n, n, n));
+    out = static_cast<uint32_t>(from_zero);
+    return {};
+  }
+
+  Status face(std::string_view line) {
+    corners_.clear();
+    for (std::string_view word = take_word(line); !word.empty(); word = take_word(line)) {
+      MeshCorner corner;
+      const size_t first = std::min(word.find('/'), word.size());
+      TRY_STATUS(index(word.substr(0, first), builder_.positions.size(), "vertex", corner.position));
+      std::string_view rest = word.substr(std::min(first + 1, word.size()));
+      const size_t second = std::min(rest.find('/'), rest.size());
+      if (second > 0)
+        TRY_STATUS(index(rest.substr(0, second), builder_.textures.size(), "texture vertex", corner.texture));
+      if (second < rest.size())
+        TRY_STATUS(index(rest.substr(second + 1), builder_.normals.size(), "normal", corner.normal));
+      corners_.push_back(corner);
+    }
+    if (corners_.size() < 3) return error(fmt::format("'f' has {} corners, but needs 3", corners_.size()));
+    if (!builder_.add_face(corners_))
+      return error(fmt::format("'f' has {} corners; a face that is not convex may have {}", corners_.size(),
+                               MeshBuilder::kMostCorners));
+    return {};
+  }
+
+  Lines lines_;
+  std::string_view file_;
+  MeshBuilder builder_;
+  std::vector<MeshCorner> corners_;
+};
+
+}  // namespace
+
+Result<TriangleMesh> read_obj(std::span<const uint8_t> bytes, std::string_view file, MeshReport& report) {
+  return ObjReader(bytes, file).read(report);
+}
+
+}  // namespace world

@@ -1,0 +1,290 @@
+// Stanford .ply -> mesh: elements `vertex` (x y z, and where they are: nx ny nz, u v or s t) and `face` (a list
+// vertex_indices or vertex_index); other elements and properties are passed over. ascii, binary_little_endian and
+// binary_big_endian.
+//
+//   ply
+//   format binary_little_endian 1.0
+//   element vertex 8
+//   property float x            ...
+//   element face 12
+//   property list uchar int vertex_indices
+//   end_header
+//   the elements, one after the other
+//
+// Nothing is allocated by a count of the header: each element is read before it is kept.
+// source  Greg Turk. The PLY Polygon File Format. 1994
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cctype>
+#include <cstring>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "world/meshes/builder.h"
+
+namespace world {
+namespace {
+
+enum class Type { i8, u8, i16, u16, i32, u32, f32, f64 };
+constexpr std::array<std::pair<std::string_view, Type>, 16> kTypes{{{"char", Type::i8},
+                                                                    {"uchar", Type::u8},
+                                                                    {"short", Type::i16},
+                                                                    {"ushort", Type::u16},
+                                                                    {"int", Type::i32},
+                                                                    {"uint", Type::u32},
+                                                                    {"float", Type::f32},
+                                                                    {"double", Type::f64},
+                                                                    {"int8", Type::i8},
+                                                                    {"uint8", Type::u8},
+                                                                    {"int16", Type::i16},
+                                                                    {"uint16", Type::u16},
+                                                                    {"int32", Type::i32},
+                                                                    {"uint32", Type::u32},
+                                                                    {"float32", Type::f32},
+                                                                    {"float64", Type::f64}}};
+constexpr size_t size_of(Type t) {
+  constexpr size_t sizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
+  return sizes[static_cast<int>(t)];
+}
+
+struct Property {
+  std::string name;
+  Type type = Type::f32, count_type = Type::u8;
+  bool list = false;
+};
+struct Element {
+  std::string name;
+  uint64_t count = 0;
+  std::vector<Property> properties;
+};
+enum class Encoding { ascii, little, big };
+
+class PlyReader {
+ public:
+  PlyReader(std::span<const uint8_t> bytes, std::string_view file)
+      : text_(reinterpret_cast<const char*>(bytes.data()), bytes.size()), file_(file) {}
+
+  Result<TriangleMesh> read(MeshReport& report) {
+    TRY_STATUS(read_header());
+    for (const Element& element : elements_) {
+      if (element.properties.empty()) continue;
+      for (uint64_t i = 0; i < element.count; ++i) TRY_STATUS(read_element(element, i));
+    }
+    return std::move(builder_).finish(file_, report);
+  }
+
+ private:
+  Error error(const std::string& what) const { return input_error(fmt::format("{}: byte {}: {}", file_, at_, what)); }
+
+  // --- header ---
+
+  std::string_view take_line() {
+    const size_t end = std::min(text_.find('\n', at_), text_.size());
+    std::string_view line = text_.substr(at_, end - at_);
+    at_ = std::min(end + 1, text_.size());
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    return line;
+  }
+  static std::vector<std::string_view> words(std::string_view line) {
+    std::vector<std::string_view> found;
+    while (!line.empty()) {
+      const size_t end = std::min(line.find(' '), line.size());
+      if (end > 0) found.push_back(line.substr(0, end));
+      line.remove_prefix(std::min(end + 1, line.size()));
+    }
+    return found;
+  }
+  Result<Type> type_of(std::string_view name) const {
+    for (const auto& [known, type] : kTypes)
+      if (known == name) return type;
+    return error(
+        fmt::format("a property has the type \"{}\", but needs one of char, uchar, short, ushort, int, uint, "
+                    "float, double",
+                    name));
+  }
+
+  Status read_header() {
+    if (take_line() != "ply")
+      return input_error(fmt::format("{}: is no .ply file: it does not start with \"ply\"", file_));
+    bool has_format = false;
+    while (true) {
+      if (at_ >= text_.size()) return error("the file ends inside its header, before \"end_header\"");
+      const auto line = words(take_line());
+      if (line.empty() || line[0] == "comment" || line[0] == "obj_info") continue;
+      if (line[0] == "end_header") break;
+      if (line[0] == "format" && line.size() == 3) {
+        has_format = true;
+        if (line[1] == "ascii")
+          encoding_ = Encoding::ascii;
+        else if (line[1] == "binary_little_endian")
+          encoding_ = Encoding::little;
+        else if (line[1] == "binary_big_endian")
+          encoding_ = Encoding::big;
+        else
+          return error(fmt::format("the format is \"{}\", but must be ascii, binary_little_endian or binary_big_endian",
+                                   line[1]));
+      } else if (line[0] == "element" && line.size() == 3) {
+        Element element{std::string(line[1]), 0, {}};
+        const auto [end, bad] = std::from_chars(line[2].data(), line[2].data() + line[2].size(), element.count);
+        if (bad != std::errc() || end != line[2].data() + line[2].size())
+          return error(fmt::format("element {} has the count \"{}\", but needs a whole number", line[1], line[2]));
+        elements_.push_back(std::move(element));
+      } else if (line[0] == "property" && !elements_.empty() && line.size() >= 3 &&
+                 line.size() == (line[1] == "list" ? 5u : 3u)) {
+        Property property;
+        property.list = line.size() == 5;
+        property.name = line.back();
+        TRY(property.type, type_of(line[line.size() - 2]));
+        if (property.list) {
+          TRY(property.count_type, type_of(line[2]));
+          if (property.count_type == Type::f32 || property.count_type == Type::f64)
+            return error("a list's count must have a type of whole numbers");
+        }
+        elements_.back().properties.push_back(std::move(property));
+      } else {
+        return error(fmt::format("the header has a line of \"{}\" that .ply does not know", line[0]));
+      }
+    }
+    if (!has_format) return error("the header has no format line");
+    return {};
+  }
+
+  // --- elements ---
+
+  Status read_number(Type type, double& out) {
+    if (encoding_ == Encoding::ascii) {
+      while (at_ < text_.size() && std::isspace(static_cast<unsigned char>(text_[at_]))) ++at_;
+      if (at_ >= text_.size()) return end_error();
+      size_t end = at_;
+      while (end < text_.size() && !std::isspace(static_cast<unsigned char>(text_[end]))) ++end;
+      std::string_view word = text_.substr(at_, end - at_);
+      if (word.starts_with('+')) word.remove_prefix(1);
+      const auto [stop, bad] = std::from_chars(word.data(), word.data() + word.size(), out);
+      if (bad != std::errc() || stop != word.data() + word.size())
+        return error(fmt::format("expected a number, not \"{}\"", word));
+      at_ = end;
+      return {};
+    }
+    const size_t size = size_of(type);
+    if (text_.size() - at_ < size) return end_error();
+    std::array<char, 8> raw{};
+    std::copy_n(text_.data() + at_, size, raw.begin());
+    if (encoding_ == Encoding::big) std::reverse(raw.begin(), raw.begin() + static_cast<ptrdiff_t>(size));
+    at_ += size;
+    const auto as = [&](auto value) {
+      std::memcpy(&value, raw.data(), sizeof value);
+      out = static_cast<double>(value);
+    };
+    static_assert(std::endian::native == std::endian::little);
+    switch (type) {
+      case Type::i8:
+        as(int8_t{});
+        break;
+      case Type::u8:
+        as(uint8_t{});
+        break;
+      case Type::i16:
+        as(int16_t{});
+        break;
+      case Type::u16:
+        as(uint16_t{});
+        break;
+      case Type::i32:
+        as(int32_t{});
+        break;
+      case Type::u32:
+        as(uint32_t{});
+        break;
+      case Type::f32:
+        as(float{});
+        break;
+      case Type::f64:
+        as(double{});
+        break;
+    }
+    return {};
+  }
+  Error end_error() const {
+    return input_error(fmt::format("{}: byte {}: the file ends inside its {} elements; it is damaged or cut off", file_,
+                                   text_.size(), element_));
+  }
+
+  Status read_element(const Element& element, uint64_t index) {
+    element_ = element.name;
+    const bool vertex = element.name == "vertex", face = element.name == "face";
+    Vec3d position(std::nan("")), normal(std::nan(""));
+    glm::dvec2 texture(std::nan(""));
+    for (const Property& property : element.properties) {
+      double value = 0;
+      if (property.list) {
+        TRY_STATUS(read_number(property.count_type, value));
+        TRY_STATUS(
+            read_list(property, value, face && (property.name == "vertex_indices" || property.name == "vertex_index")));
+        continue;
+      }
+      TRY_STATUS(read_number(property.type, value));
+      if (!vertex) continue;
+      const std::string& n = property.name;
+      for (int a = 0; a < 3; ++a) {
+        if (n.size() == 1 && n[0] == "xyz"[a]) position[a] = value;
+        if (n.size() == 2 && n[0] == 'n' && n[1] == "xyz"[a]) normal[a] = value;
+      }
+      if (n == "u" || n == "s" || n == "texture_u") texture.x = value;
+      if (n == "v" || n == "t" || n == "texture_v") texture.y = value;
+    }
+    if (!vertex) return {};
+    for (int a = 0; a < 3; ++a)
+      if (!std::isfinite(static_cast<float>(position[a])))
+        return error(fmt::format("vertex {} has no finite {}", index, "xyz"[a]));
+    builder_.positions.emplace_back(position);
+    if (std::isfinite(normal.x + normal.y + normal.z) && builder_.normals.size() == index)
+      builder_.normals.emplace_back(normal);
+    if (std::isfinite(texture.x + texture.y) && builder_.textures.size() == index)
+      builder_.textures.emplace_back(texture);
+    return {};
+  }
+
+  Status read_list(const Property& property, double count, bool corners) {
+    if (!(count >= 0)) return error(fmt::format("a list has {} entries", count));
+    corners_.clear();
+    for (double i = 0; i < count; ++i) {
+      double value = 0;
+      TRY_STATUS(read_number(property.type, value));
+      if (!corners) continue;
+      const double vertices = static_cast<double>(builder_.positions.size());
+      if (!(value >= 0 && value < vertices && value == std::floor(value)))
+        return error(fmt::format("a face names vertex {}, but must name one in [0, {})", value, vertices));
+      MeshCorner corner;
+      corner.position = static_cast<uint32_t>(value);
+      if (corner.position < builder_.normals.size()) corner.normal = corner.position;
+      if (corner.position < builder_.textures.size()) corner.texture = corner.position;
+      corners_.push_back(corner);
+    }
+    if (!corners) return {};
+    if (corners_.size() < 3) return error(fmt::format("a face has {} corners, but needs 3", corners_.size()));
+    if (!builder_.add_face(corners_))
+      return error(fmt::format("a face has {} corners; one that is not convex may have {}", corners_.size(),
+                               MeshBuilder::kMostCorners));
+    return {};
+  }
+
+  std::string_view text_, file_;
+  size_t at_ = 0;
+  std::string element_;  // that is being read
+  Encoding encoding_ = Encoding::ascii;
+  std::vector<Element> elements_;
+  MeshBuilder builder_;
+  std::vector<MeshCorner> corners_;
+};
+
+}  // namespace
+
+Result<TriangleMesh> read_ply(std::span<const uint8_t> bytes, std::string_view file, MeshReport& report) {
+  return PlyReader(bytes, file).read(report);
+}
+
+}  // namespace world
