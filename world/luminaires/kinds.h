@@ -1,0 +1,28 @@
+/// What luminaire.cpp, which reads, and sampler.cpp, which samples, know of the members in common.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "world/luminaires/luminaire.h"
+
+namespace world {
+
+struct LuminaireKind {
+  std::string_view name;
+  uint32_t keys;  // kKey... of emitter.shared.h
+};
+std::span<const LuminaireKind> luminaire_members();
+
+constexpr double kUsualClamp = 0.01;  // m: radius_m of a point that names none
+// Such that no quotient of them leaves a float's range.
+constexpr NumberRange kPowerRange{.min = 0, .max = 1e15};     // W
+constexpr NumberRange kRadianceRange{.min = 0, .max = 1e12};  // W/(m^2 sr), and W/m^2
+constexpr NumberRange kSizeRange{.min = 1e-6, .max = 1e6};    // m
+constexpr NumberRange kImageRange{.min = 0, .max = 1e9};
+
+/// Whether the numbers that its kind reads lie in their ranges; of luminaires that no scene made.
+Status check_luminaire(const Luminaire& luminaire);
+
+}  // namespace world
