@@ -1,0 +1,420 @@
+/// RayStream::first_set_coherent: up to 64 rays that run much the same way walk together, slab by slab.
+///
+/// The packet's main axis is that of its first ray's largest component. Along it each ray is a line u(k), v(k) in the
+/// two other axes with slopes of at most 1, so from plane k to k + 1 it meets at most three voxels. All rays of a
+/// packet need the same few bits: those of a slice of 16 x 16 voxels, four words of four leaves, which stay in
+/// registers, with no gather anywhere. Slabs of 128 to 8 voxels that the packet's bounds don't touch anything in are
+/// passed in one step. Decisions closer than the rounding of u and v send the ray to the exact walk; a packet that has
+/// grown wider than a slice goes on lane by lane from its last plane.
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "world/store/ray_stream.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "world/store/ray_packet.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#ifndef LOAM_RAY_PACKET_ONCE
+#define LOAM_RAY_PACKET_ONCE
+
+namespace world {
+
+constexpr size_t kPacket = 64;
+
+/// One packet. Cells are relative to `corner`; k counts along the main axis in the direction of the rays (mirrored
+/// where they go down), u and v along the others as they are.
+struct alignas(64) Packet {
+  float y_u[kPacket], y_v[kPacket], slope_u[kPacket], slope_v[kPacket];  // u(k) - 1/2 = y_u + k slope_u
+  int32_t start_k[kPacket], start_u[kPacket], start_v[kPacket];
+  // Where a ray has come to: hit cell, and by which axis it was entered: 0 main, 1 u, 2 v, -1 its start.
+  int32_t hit_k[kPacket], hit_u[kPacket], hit_v[kPacket], hit_axis[kPacket];
+  uint64_t alive = 0, hit = 0, unsure = 0;
+  float range = 0;         // |u|, |v|, |k| of all starts are at most this
+  bool u_before_v = true;  // which axis comes first where both are crossed at once
+};
+
+/// One slice: rows are u, columns v, from the corner (row, column) on.
+struct Slice {
+  uint64_t word[4];  // (rows 0..7, columns 0..7), (rows 8..15, columns 0..7), (0..7, 8..15), (8..15, 8..15)
+  int32_t row, column, k;
+};
+
+/// Bounds of a packet: u(k) - 1/2 lies in [low_y + k low_slope, high_y + k high_slope] for k >= 0.
+struct PacketBounds {
+  float low_y[2], high_y[2], low_slope[2], high_slope[2];
+};
+
+}  // namespace world
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace world {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Floats = hn::CappedTag<float, 16>;
+using Ints = hn::RebindToSigned<Floats>;
+using F = hn::Vec<Floats>;
+using I = hn::Vec<Ints>;
+
+HWY_INLINE uint64_t bits_of(Ints d, hn::Mask<Ints> mask) {
+  uint8_t bytes[8] = {};
+  hn::StoreMaskBits(d, mask, bytes);
+  uint64_t bits;
+  std::memcpy(&bits, bytes, 8);
+  return bits;
+}
+
+void bound_packet(const Packet& p, PacketBounds& bounds) {
+  const Floats df;
+  const float* y[2] = {p.y_u, p.y_v};
+  const float* slope[2] = {p.slope_u, p.slope_v};
+  for (int i = 0; i < 2; ++i) {
+    F low_y = hn::Load(df, y[i]), high_y = low_y, low_s = hn::Load(df, slope[i]), high_s = low_s;
+    for (size_t at = hn::Lanes(df); at < kPacket; at += hn::Lanes(df)) {
+      const F value = hn::Load(df, y[i] + at), s = hn::Load(df, slope[i] + at);
+      low_y = hn::Min(low_y, value), high_y = hn::Max(high_y, value);
+      low_s = hn::Min(low_s, s), high_s = hn::Max(high_s, s);
+    }
+    bounds.low_y[i] = hn::GetLane(hn::MinOfLanes(df, low_y));
+    bounds.high_y[i] = hn::GetLane(hn::MaxOfLanes(df, high_y));
+    bounds.low_slope[i] = hn::GetLane(hn::MinOfLanes(df, low_s));
+    bounds.high_slope[i] = hn::GetLane(hn::MaxOfLanes(df, high_s));
+  }
+}
+
+/// All live rays of the packet through one slice.
+void walk_slice(Packet& p, const Slice& slice) {
+  const Floats df;
+  const Ints di;
+  const size_t width = hn::Lanes(df);
+  // Is the voxel (row, column) set: bit 0 of each lane.
+#if HWY_TARGET == HWY_SCALAR
+  const auto test = [&](I row, I column) {
+    const int32_t r = hn::GetLane(row), c = hn::GetLane(column);
+    const bool held = r >= 0 && r < 16 && c >= 0 && c < 16;
+    return hn::Set(di, held ? int32_t(slice.word[(r >> 3 & 1) | (c >> 3 & 1) << 1] >> ((r & 7) * 8 + (c & 7)) & 1) : 0);
+  };
+#else
+  const hn::RebindToUnsigned<Ints> du;
+  const hn::Repartition<uint8_t, Ints> db;
+  const hn::Repartition<uint64_t, Ints> dw;
+  alignas(16) const uint64_t first[2] = {slice.word[0], slice.word[1]}, second[2] = {slice.word[2], slice.word[3]};
+  const auto low_table = hn::BitCast(db, hn::LoadDup128(dw, first));
+  const auto high_table = hn::BitCast(db, hn::LoadDup128(dw, second));
+  const I low_index = hn::Set(di, static_cast<int32_t>(0x80808000u)),
+          high_index = hn::Set(di, static_cast<int32_t>(0x80800080u));
+  const auto test = [&](I row, I column) {
+    const auto low = hn::BitCast(du, hn::TableLookupBytesOr0(low_table, hn::BitCast(db, hn::Or(row, low_index))));
+    const auto high = hn::BitCast(
+        du, hn::TableLookupBytesOr0(high_table, hn::BitCast(db, hn::Or(hn::ShiftLeft<8>(row), high_index))));
+    return hn::BitCast(di, hn::Shr(hn::Or(low, high), hn::BitCast(du, column)));
+  };
+#endif
+  const float k = static_cast<float>(slice.k);
+  const float error = (k + p.range) * 0x1p-21f;
+  const F k_in = hn::Set(df, k), k_out = hn::Set(df, k + 1), half_less = hn::Set(df, 0.5f - error);
+  const F tie = hn::Set(df, 2 * error);
+  const I row = hn::Set(di, slice.row), column = hn::Set(di, slice.column), now = hn::Set(di, slice.k);
+  for (size_t at = 0; at < kPacket; at += width) {
+    const uint64_t lanes = width == 64 ? ~0ull : (1ull << width) - 1;
+    if (!(p.alive >> at & lanes)) continue;
+    const F slope_u = hn::Load(df, p.slope_u + at), slope_v = hn::Load(df, p.slope_v + at);
+    const F y_u = hn::Load(df, p.y_u + at), y_v = hn::Load(df, p.y_v + at);
+    const F u_in = hn::MulAdd(k_in, slope_u, y_u), u_out = hn::MulAdd(k_out, slope_u, y_u);
+    const F v_in = hn::MulAdd(k_in, slope_v, y_v), v_out = hn::MulAdd(k_out, slope_v, y_v);
+    I iu = hn::NearestInt(u_in), iv = hn::NearestInt(v_in);
+    const I ju = hn::NearestInt(u_out), jv = hn::NearestInt(v_out);
+    const F fu_in = hn::ConvertTo(df, iu), fv_in = hn::ConvertTo(df, iv);
+    const F fu_out = hn::ConvertTo(df, ju), fv_out = hn::ConvertTo(df, jv);
+    const I start_k = hn::Load(di, p.start_k + at);
+    const auto starting = hn::Eq(start_k, now);
+    const auto starting_f = hn::RebindMask(df, starting);
+    // A ray that starts in this slab is in its own voxel, not where its line enters the slab.
+    F off = hn::IfThenZeroElse(starting_f, hn::Max(hn::Abs(hn::Sub(u_in, fu_in)), hn::Abs(hn::Sub(v_in, fv_in))));
+    off = hn::Max(off, hn::Max(hn::Abs(hn::Sub(u_out, fu_out)), hn::Abs(hn::Sub(v_out, fv_out))));
+    iu = hn::IfThenElse(starting, hn::Load(di, p.start_u + at), iu);
+    iv = hn::IfThenElse(starting, hn::Load(di, p.start_v + at), iv);
+    const auto same_u = hn::Eq(iu, ju), same_v = hn::Eq(iv, jv);
+    // Which of two crossings comes first: by (plane - u) / slope_u against the same of v, without dividing. Planes lie
+    // between the two cells: their larger number, less the half that u is off by.
+    const F plane_u = hn::Sub(hn::ConvertTo(df, hn::Max(iu, ju)), hn::Set(df, 0.5f));
+    const F plane_v = hn::Sub(hn::ConvertTo(df, hn::Max(iv, jv)), hn::Set(df, 0.5f));
+    const F to_u = hn::Mul(hn::Abs(hn::Sub(plane_u, u_in)), hn::Abs(slope_v));
+    const F to_v = hn::Mul(hn::Abs(hn::Sub(plane_v, v_in)), hn::Abs(slope_u));
+    const auto both = hn::Not(hn::Or(same_u, same_v));
+    const auto u_sooner = hn::RebindMask(di, hn::Lt(to_u, to_v));
+    const auto close = hn::And(both, hn::RebindMask(di, hn::Not(hn::Gt(hn::Abs(hn::Sub(to_u, to_v)), tie))));
+    const auto u_first = hn::AndNot(same_u, hn::Or(same_v, u_sooner));
+    const I bu = hn::IfThenElse(u_first, ju, iu), bv = hn::IfThenElse(u_first, iv, jv);
+    const auto unsure = hn::Or(close, hn::RebindMask(di, hn::Not(hn::Lt(off, half_less))));
+    const auto in = hn::Not(hn::Lt(now, start_k));
+
+    const I a = test(hn::Sub(iu, row), hn::Sub(iv, column)), b = test(hn::Sub(bu, row), hn::Sub(bv, column)),
+            c = test(hn::Sub(ju, row), hn::Sub(jv, column));
+    const I one = hn::Set(di, 1);
+    const auto any = hn::And(in, hn::TestBit(hn::Or(a, hn::Or(b, c)), one));
+    const uint64_t here = p.alive >> at & lanes;
+    const uint64_t unsure_bits = bits_of(di, hn::And(in, unsure)) & here;
+    const uint64_t hit_bits = bits_of(di, any) & here & ~unsure_bits;
+    if (hit_bits | unsure_bits) {
+      p.unsure |= unsure_bits << at;
+      p.hit |= hit_bits << at;
+      p.alive &= ~((hit_bits | unsure_bits) << at);
+      const auto fresh = hn::And(hn::AndNot(unsure, any), hn::Eq(hn::Load(di, p.hit_axis + at), hn::Set(di, -2)));
+      const auto on_a = hn::TestBit(a, one), on_b = hn::TestBit(b, one);
+      const auto pick = [&](I of_a, I of_b, I of_c) {
+        return hn::IfThenElse(on_a, of_a, hn::IfThenElse(on_b, of_b, of_c));
+      };
+      const auto put = [&](int32_t* to, I value) {
+        hn::Store(hn::IfThenElse(fresh, value, hn::Load(di, to + at)), di, to + at);
+      };
+      const I two = hn::Set(di, 2);
+      put(p.hit_u, pick(iu, bu, ju));
+      put(p.hit_v, pick(iv, bv, jv));
+      put(p.hit_k, now);
+      put(p.hit_axis, pick(hn::IfThenElseZero(starting, hn::Set(di, -1)), hn::IfThenElse(u_first, one, two),
+                           hn::IfThenElse(u_first, two, one)));
+    }
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace world
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace world {
+
+namespace {
+
+HWY_EXPORT(bound_packet);
+HWY_EXPORT(walk_slice);
+
+/// Byte i of word j becomes byte j of word i.
+void transpose_bytes(uint64_t w[8]) {
+  const auto swap = [&](int i, int j, int shift, uint64_t mask) {
+    const uint64_t t = (w[i] >> shift ^ w[j]) & mask;
+    w[j] ^= t, w[i] ^= t << shift;
+  };
+  for (int i = 0; i < 4; ++i) swap(i, i + 4, 32, 0x00000000ffffffffull);
+  for (int i : {0, 1, 4, 5}) swap(i, i + 2, 16, 0x0000ffff0000ffffull);
+  for (int i : {0, 2, 4, 6}) swap(i, i + 1, 8, 0x00ff00ff00ff00ffull);
+}
+/// Bit 8 i + j becomes bit 8 j + i.
+uint64_t transpose_bits(uint64_t w) {
+  uint64_t t = (w ^ w >> 7) & 0x00aa00aa00aa00aaull;
+  w ^= t ^ t << 7;
+  t = (w ^ w >> 14) & 0x0000cccc0000ccccull;
+  w ^= t ^ t << 14;
+  t = (w ^ w >> 28) & 0x00000000f0f0f0f0ull;
+  return w ^ t ^ t << 28;
+}
+
+/// The eight slices of a leaf across an axis: word k holds bit row * 8 + column; rows and columns are the other axes in
+/// ascending order.
+void slices_of_leaf(const LeafMask& leaf, int axis, uint64_t slices[8]) {
+  std::memcpy(slices, leaf.word, 64);
+  if (axis == 0) return;
+  if (axis == 2)  // rows x, columns y
+    for (int x = 0; x < 8; ++x) slices[x] = transpose_bits(slices[x]);
+  transpose_bytes(slices);
+}
+
+}  // namespace
+
+void RayStream::first_set_coherent(std::span<const GridRay> rays, std::span<GridHit> hits, StreamReport* report) const {
+  for (size_t begin = 0; begin < rays.size(); begin += kPacket) {
+    const size_t count = std::min(kPacket, rays.size() - begin);
+    first_set_packet(rays.subspan(begin, count), hits.subspan(begin, count), report);
+  }
+}
+
+void RayStream::first_set_packet(std::span<const GridRay> rays, std::span<GridHit> hits, StreamReport* report) const {
+  const size_t count = rays.size();
+  if (!bricks_.walkable() || count < 16) return first_set(rays, hits, {}, report);
+  // The main axis, and what is mirrored.
+  const Vec3d lead = rays[count / 2].direction;
+  int m = std::abs(lead.x) >= std::abs(lead.y) ? 0 : 1;
+  if (std::abs(lead.z) > std::abs(lead[m])) m = 2;
+  const int u = m == 0 ? 1 : 0, v = m == 2 ? 1 : 2;
+  const bool up = lead[m] > 0;
+  const int32_t flip = up ? 0 : -1;
+  const VoxelPos low = bricks_.low();
+  const VoxelPos at = rays[count / 2].voxel - low;
+  // Nearest start along the main axis; u and v from the middle ray's voxel.
+  int32_t corner_k = INT32_MAX;
+  for (const GridRay& ray : rays) corner_k = std::min(corner_k, (ray.voxel[m] - low[m]) ^ flip);
+
+  Packet p;
+  p.u_before_v = true;
+  float range = 1;
+  for (size_t i = 0; i < kPacket; ++i) {
+    const GridRay& ray = rays[i < count ? i : count - 1];
+    const double d = up ? ray.direction[m] : -ray.direction[m];
+    const double inverse = 1 / d, su = ray.direction[u] * inverse, sv = ray.direction[v] * inverse;
+    const int32_t k = ((ray.voxel[m] - low[m]) ^ flip) - corner_k, iu = ray.voxel[u] - low[u] - at[u],
+                  iv = ray.voxel[v] - low[v] - at[v];
+    const double along = k + (up ? ray.fraction[m] : 1 - ray.fraction[m]);
+    const double yu = iu + ray.fraction[u] - su * along - 0.5, yv = iv + ray.fraction[v] - sv * along - 0.5;
+    p.slope_u[i] = static_cast<float>(su), p.slope_v[i] = static_cast<float>(sv);
+    p.y_u[i] = static_cast<float>(yu), p.y_v[i] = static_cast<float>(yv);
+    p.start_k[i] = k, p.start_u[i] = iu, p.start_v[i] = iv;
+    p.hit_axis[i] = -2;
+    const double reach = std::max({std::abs(yu), std::abs(yv), along});
+    const bool fine = d > 0 && std::abs(su) <= 1 && std::abs(sv) <= 1 && reach < 4096 && ray.t_max >= 0;
+    range = std::max(range, fine ? static_cast<float>(reach) : 0.0f);
+    if (i >= count) continue;
+    if (fine)
+      p.alive |= 1ull << i;
+    else
+      p.unsure |= 1ull << i, p.slope_u[i] = p.slope_v[i] = p.y_u[i] = p.y_v[i] = 0;
+  }
+  p.range = range + 2;
+  PacketBounds bounds;
+  HWY_DYNAMIC_DISPATCH(bound_packet)(p, bounds);
+  const int32_t* leaves = bricks_.leaves_along();
+  const size_t stride[3] = {size_t(leaves[1]) * size_t(leaves[2]), 1, size_t(leaves[1])};
+  const uint32_t* codes = bricks_.codes();
+  const auto inside = [&](int axis, int32_t cell) {
+    return static_cast<uint32_t>(cell) < static_cast<uint32_t>(leaves[axis] * kLeafSize);
+  };
+  bool started_inside = inside(m, (corner_k ^ flip));
+  // Planes up to the end of what holds anything.
+  const int32_t end_cell = up ? bricks_.content().max[m] - low[m] : ~(bricks_.content().min[m] - low[m]);
+  const int32_t end_k = end_cell - corner_k + 1;
+  // Cells of u (0) or v (1) that the packet may touch between two planes, from the corner of the bounds.
+  const auto extent = [&](int i, int32_t k0, int32_t k1, int32_t& from, int32_t& to) {
+    constexpr float kPad = 0.5f + 0x1p-6f;
+    const float a = static_cast<float>(k0), b = static_cast<float>(k1);
+    const float lowest = bounds.low_y[i] + std::min(a * bounds.low_slope[i], b * bounds.low_slope[i]);
+    const float highest = bounds.high_y[i] + std::max(a * bounds.high_slope[i], b * bounds.high_slope[i]);
+    const int32_t base = i == 0 ? at[u] : at[v];
+    from = base + static_cast<int32_t>(std::floor(lowest + 0.5f - 0x1p-6f));
+    to = base + static_cast<int32_t>(std::floor(highest + kPad));
+  };
+
+  int32_t k = 0;
+  int log2 = 7;
+  uint64_t slices[4][8];
+  int32_t loaded_layer = INT32_MIN, loaded_u = 0, loaded_v = 0;
+  bool wide = !started_inside;
+  while (p.alive && !wide && k < end_k) {
+    const int32_t cell = corner_k + k;  // mirrored
+    // Pass slabs in which the packet meets nothing.
+    bool passed = false;
+    for (; log2 >= 3; --log2) {
+      const int32_t size = 1 << log2, next = (cell | (size - 1)) + 1 - corner_k;
+      int32_t u0, u1, v0, v1;
+      extent(0, k, next, u0, u1);
+      extent(1, k, next, v0, v1);
+      u0 = std::max(u0, 0), v0 = std::max(v0, 0);
+      u1 = std::min(u1, leaves[u] * kLeafSize - 1), v1 = std::min(v1, leaves[v] * kLeafSize - 1);
+      if (((u1 - u0) >> log2) > 3 || ((v1 - v0) >> log2) > 3) continue;
+      bool clear = true;
+      const uint32_t* layer = codes + stride[m] * static_cast<size_t>((cell ^ flip) >> 3);
+      const uint32_t least = static_cast<uint32_t>(size - 1);
+      for (int32_t a = u0 >> log2; clear && a <= u1 >> log2; ++a)
+        for (int32_t b = v0 >> log2; clear && b <= v1 >> log2; ++b) {
+          const uint32_t code = layer[stride[u] * (static_cast<size_t>(a) << (log2 - 3)) +
+                                      stride[v] * (static_cast<size_t>(b) << (log2 - 3))];
+          clear = code >= least && code < BrickVolume::kMixed;
+        }
+      if (u0 > u1 || v0 > v1) clear = true;
+      if (clear) {
+        k = next;
+        log2 = std::min(log2 + 1, 7);
+        passed = true;
+        break;
+      }
+    }
+    if (passed) continue;
+    log2 = 3;
+    // The slabs of this layer of leaves, one by one.
+    const int32_t layer = (cell ^ flip) >> 3, last = (cell | 7) - corner_k;
+    for (; k <= last && p.alive; ++k) {
+      int32_t u0, u1, v0, v1;
+      extent(0, k, k + 1, u0, u1);
+      extent(1, k, k + 1, v0, v1);
+      const int32_t leaf_u = u0 >> 3, leaf_v = v0 >> 3;
+      if (u1 - leaf_u * 8 > 15 || v1 - leaf_v * 8 > 15) {
+        wide = true;
+        break;
+      }
+      if (layer != loaded_layer || leaf_u != loaded_u || leaf_v != loaded_v) {
+        loaded_layer = layer, loaded_u = leaf_u, loaded_v = leaf_v;
+        for (int i = 0; i < 4; ++i) {
+          LeafPos leaf;
+          leaf[m] = layer, leaf[u] = leaf_u + (i & 1), leaf[v] = leaf_v + (i >> 1);
+          const bool held = leaf[u] >= 0 && leaf[u] < leaves[u] && leaf[v] >= 0 && leaf[v] < leaves[v];
+          const LeafMask* mask = held ? &volume_->leaf(leaf + leaf_from_voxel(low)) : &kNoneMask;
+          slices_of_leaf(*mask, m, slices[i]);
+        }
+      }
+      const int slab = ((corner_k + k) ^ flip) & 7;
+      Slice slice;
+      const int r0 = u0 - leaf_u * 8, r1 = u1 - leaf_u * 8, c0 = v0 - leaf_v * 8, c1 = v1 - leaf_v * 8;
+      const uint32_t columns = (2u << c1) - (1u << c0);
+      const uint64_t low_columns = (columns & 0xff) * 0x0101010101010101ull,
+                     high_columns = (columns >> 8 & 0xff) * 0x0101010101010101ull;
+      const uint64_t low_rows = r0 > 7 ? 0 : ~0ull << (8 * r0) & (r1 >= 7 ? ~0ull : (1ull << (8 * r1 + 8)) - 1);
+      const uint64_t high_rows =
+          r1 < 8 ? 0 : (r0 > 8 ? ~0ull << (8 * (r0 - 8)) : ~0ull) & (r1 == 15 ? ~0ull : (1ull << (8 * r1 - 56)) - 1);
+      for (int i = 0; i < 4; ++i)
+        slice.word[i] = slices[i][slab] & (i & 1 ? high_rows : low_rows) & (i & 2 ? high_columns : low_columns);
+      if (!(slice.word[0] | slice.word[1] | slice.word[2] | slice.word[3])) continue;
+      slice.row = leaf_u * 8 - at[u], slice.column = leaf_v * 8 - at[v], slice.k = k;
+      HWY_DYNAMIC_DISPATCH(walk_slice)(p, slice);
+    }
+  }
+
+  // What is left goes on lane by lane.
+  StreamReport done;
+  GridRay rest[kPacket];
+  GridHit rest_hits[kPacket];
+  uint32_t rest_index[kPacket];
+  size_t rest_count = 0;
+  for (size_t i = 0; i < count; ++i) {
+    const GridRay& ray = rays[i];
+    GridHit& hit = hits[i];
+    if (p.hit >> i & 1) {
+      VoxelPos voxel;
+      voxel[m] = ((p.hit_k[i] + corner_k) ^ flip) + low[m];
+      voxel[u] = p.hit_u[i] + at[u] + low[u];
+      voxel[v] = p.hit_v[i] + at[v] + low[v];
+      if (p.hit_axis[i] < 0) {
+        hit = {WalkEnd::hit, voxel, kNoFace, 0};
+        continue;
+      }
+      const int axis = p.hit_axis[i] == 0 ? m : p.hit_axis[i] == 1 ? u : v;
+      const bool upwards = ray.direction[axis] >= 0;
+      const int32_t plane = voxel[axis] + (upwards ? 0 : 1);
+      const double t = (static_cast<double>(plane - ray.voxel[axis]) - ray.fraction[axis]) * (1 / ray.direction[axis]);
+      hit = t <= ray.t_max ? GridHit{WalkEnd::hit, voxel, entered_face(axis, upwards), t}
+                           : GridHit{WalkEnd::t_max, {}, kNoFace, ray.t_max};
+    } else if (p.unsure >> i & 1) {
+      hit = walker_.first_set(ray);
+      ++done.exact;
+    } else if (p.alive >> i & 1 && wide) {
+      rest_index[rest_count] = static_cast<uint32_t>(i);
+      rest[rest_count++] = ray;
+    } else {
+      hit = {WalkEnd::t_max, {}, kNoFace, ray.t_max};
+    }
+  }
+  if (rest_count) {
+    StreamStart start;
+    if (k > 0) start = {m, ((corner_k + k) ^ flip) + (up ? 0 : 1) + low[m]};
+    first_set({rest, rest_count}, {rest_hits, rest_count}, start, report);
+    for (size_t i = 0; i < rest_count; ++i) hits[rest_index[i]] = rest_hits[i];
+  }
+  done.rays = count - rest_count;
+  if (report) report->add(done);
+}
+
+}  // namespace world
+#endif
