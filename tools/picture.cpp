@@ -6,6 +6,7 @@
 
 #include "commit.h"
 #include "render/image/display.h"
+#include "render/light_files.h"
 #include "world/scenes/effects.h"
 
 namespace tools {
@@ -59,6 +60,12 @@ world::Result<std::unique_ptr<render::Backend>> make_backend(const std::string& 
     known += (known.empty() ? "" : ", ") + info.name;
   }
   return usage_error("there is no backend \"" + name + "\"; the backends are: " + known);
+}
+
+world::Result<world::World> build_picture_world(const world::Scene& scene, world::ImportReport& report) {
+  TRY(world::World world, world::build_world(scene, report));
+  TRY_STATUS(render::load_light_files(world));
+  return world;
 }
 
 render::PictureText picture_text(const world::Scene& scene, const std::string& camera_name,

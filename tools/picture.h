@@ -21,6 +21,9 @@ world::Result<render::RenderKnobs> resolve_knobs(const std::string& accuracy, co
 
 world::Result<std::unique_ptr<render::Backend>> make_backend(const std::string& name);
 
+/// The world of a scene, with the images and meshes that its luminaires name: what a picture is made of.
+world::Result<world::World> build_picture_world(const world::Scene& scene, world::ImportReport& report);
+
 /// What a picture's file says of itself.
 render::PictureText picture_text(const world::Scene& scene, const std::string& camera_name,
                                  const render::Camera& camera, const render::RenderKnobs& knobs,

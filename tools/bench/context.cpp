@@ -2,6 +2,7 @@
 #include <system_error>
 
 #include "tools/bench/benchmark.h"
+#include "tools/picture.h"
 #include "world/scenes/scene.h"
 
 namespace tools {
@@ -18,7 +19,7 @@ Result<const world::World*> BenchContext::world(const std::string& scene) {
   if (!slot) {
     TRY(const world::Scene description, world::load_scene(scene));
     world::ImportReport report;
-    TRY(world::World made, world::build_world(description, report));
+    TRY(world::World made, build_picture_world(description, report));
     slot = std::make_unique<world::World>(std::move(made));
   }
   return static_cast<const world::World*>(slot.get());

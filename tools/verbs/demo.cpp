@@ -41,7 +41,7 @@ world::Result<int> run_demo(const std::string& scene_name, const std::string& fo
 
   Stopwatch generate;
   world::ImportReport report;
-  TRY(const world::World world, world::build_world(scene, report));
+  TRY(const world::World world, build_picture_world(scene, report));
   const world::VoxelBox box = world.store.bounds();
   print_row("generate", generate.ms(),
             world::with_thousands(world.store.voxel_count()) + " voxels, " +

@@ -93,7 +93,7 @@ world::Result<int> run_render(const RenderOptions& options) {
   world::ImportReport imported;
   Progress progress;
   progress.stage("building the world of " + scene.name);
-  TRY(const world::World world, world::build_world(scene, imported));
+  TRY(const world::World world, build_picture_world(scene, imported));
   progress.stage("");
   for (const std::string& warning : imported.warnings) std::cerr << "warning: " << warning << '\n';
   std::string camera_name;
