@@ -28,13 +28,34 @@ constexpr size_t kPacket = 64;
 /// One packet. Cells are relative to `corner`; k counts along the main axis in the direction of the rays (mirrored
 /// where they go down), u and v along the others as they are.
 struct alignas(64) Packet {
+  // As given, by axis (main, u, v): fraction of the start voxel, direction.
+  float fraction[3][kPacket], direction[3][kPacket];
   float y_u[kPacket], y_v[kPacket], slope_u[kPacket], slope_v[kPacket];  // u(k) - 1/2 = y_u + k slope_u
   int32_t start_k[kPacket], start_u[kPacket], start_v[kPacket];
   // Where a ray has come to: hit cell, and by which axis it was entered: 0 main, 1 u, 2 v, -1 its start.
   int32_t hit_k[kPacket], hit_u[kPacket], hit_v[kPacket], hit_axis[kPacket];
   uint64_t alive = 0, hit = 0, unsure = 0;
-  float range = 0;         // |u|, |v|, |k| of all starts are at most this
-  bool u_before_v = true;  // which axis comes first where both are crossed at once
+  float range = 0;  // |u|, |v|, |k| of all starts are at most this
+  // Its frame.
+  int main, u, v;
+  int32_t flip;       // of the main axis: -1 where the rays go down
+  int32_t corner[3];  // main (mirrored), u, v, from the corner of the bounds
+  int32_t k = 0;      // all before this plane is walked
+  bool wide = false;  // what is alive must go on some other way
+};
+
+/// Slices of leaves that were cut lately: neighbouring packets need the same ones.
+struct SliceCache {
+  static constexpr size_t kSize = 128;
+  LeafPos leaf[kSize];
+  int8_t axis[kSize];
+  alignas(64) uint64_t slices[kSize][8];
+  SliceCache() { std::fill(axis, axis + kSize, int8_t{-1}); }
+};
+
+struct PacketWorld {
+  const BrickVolume* bricks;
+  const MaskVolume* volume;
 };
 
 /// One slice: rows are u, columns v, from the corner (row, column) on.
@@ -42,6 +63,36 @@ struct Slice {
   uint64_t word[4];  // (rows 0..7, columns 0..7), (rows 8..15, columns 0..7), (0..7, 8..15), (8..15, 8..15)
   int32_t row, column, k;
 };
+
+/// Byte i of word j becomes byte j of word i.
+inline void transpose_bytes(uint64_t w[8]) {
+  const auto swap = [&](int i, int j, int shift, uint64_t mask) {
+    const uint64_t t = (w[i] >> shift ^ w[j]) & mask;
+    w[j] ^= t, w[i] ^= t << shift;
+  };
+  for (int i = 0; i < 4; ++i) swap(i, i + 4, 32, 0x00000000ffffffffull);
+  for (int i : {0, 1, 4, 5}) swap(i, i + 2, 16, 0x0000ffff0000ffffull);
+  for (int i : {0, 2, 4, 6}) swap(i, i + 1, 8, 0x00ff00ff00ff00ffull);
+}
+/// Bit 8 i + j becomes bit 8 j + i.
+inline uint64_t transpose_bits(uint64_t w) {
+  uint64_t t = (w ^ w >> 7) & 0x00aa00aa00aa00aaull;
+  w ^= t ^ t << 7;
+  t = (w ^ w >> 14) & 0x0000cccc0000ccccull;
+  w ^= t ^ t << 14;
+  t = (w ^ w >> 28) & 0x00000000f0f0f0f0ull;
+  return w ^ t ^ t << 28;
+}
+
+/// The eight slices of a leaf across an axis: word k holds bit row * 8 + column; rows and columns are the other axes in
+/// ascending order.
+inline void slices_of_leaf(const LeafMask& leaf, int axis, uint64_t slices[8]) {
+  std::memcpy(slices, leaf.word, 64);
+  if (axis == 0 || leaf.is_none()) return;
+  if (axis == 2)  // rows x, columns y
+    for (int x = 0; x < 8; ++x) slices[x] = transpose_bits(slices[x]);
+  transpose_bytes(slices);
+}
 
 /// Bounds of a packet: u(k) - 1/2 lies in [low_y + k low_slope, high_y + k high_slope] for k >= 0.
 struct PacketBounds {
@@ -69,7 +120,7 @@ HWY_INLINE uint64_t bits_of(Ints d, hn::Mask<Ints> mask) {
   return bits;
 }
 
-void bound_packet(const Packet& p, PacketBounds& bounds) {
+HWY_INLINE void bound_packet(const Packet& p, PacketBounds& bounds) {
   const Floats df;
   const float* y[2] = {p.y_u, p.y_v};
   const float* slope[2] = {p.slope_u, p.slope_v};
@@ -88,7 +139,7 @@ void bound_packet(const Packet& p, PacketBounds& bounds) {
 }
 
 /// All live rays of the packet through one slice.
-void walk_slice(Packet& p, const Slice& slice) {
+HWY_INLINE void walk_slice(Packet& p, const Slice& slice) {
   const Floats df;
   const Ints di;
   const size_t width = hn::Lanes(df);
@@ -183,148 +234,98 @@ void walk_slice(Packet& p, const Slice& slice) {
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace world
-HWY_AFTER_NAMESPACE();
-
-#if HWY_ONCE
-namespace world {
-
-namespace {
-
-HWY_EXPORT(bound_packet);
-HWY_EXPORT(walk_slice);
-
-/// Byte i of word j becomes byte j of word i.
-void transpose_bytes(uint64_t w[8]) {
-  const auto swap = [&](int i, int j, int shift, uint64_t mask) {
-    const uint64_t t = (w[i] >> shift ^ w[j]) & mask;
-    w[j] ^= t, w[i] ^= t << shift;
-  };
-  for (int i = 0; i < 4; ++i) swap(i, i + 4, 32, 0x00000000ffffffffull);
-  for (int i : {0, 1, 4, 5}) swap(i, i + 2, 16, 0x0000ffff0000ffffull);
-  for (int i : {0, 2, 4, 6}) swap(i, i + 1, 8, 0x00ff00ff00ff00ffull);
-}
-/// Bit 8 i + j becomes bit 8 j + i.
-uint64_t transpose_bits(uint64_t w) {
-  uint64_t t = (w ^ w >> 7) & 0x00aa00aa00aa00aaull;
-  w ^= t ^ t << 7;
-  t = (w ^ w >> 14) & 0x0000cccc0000ccccull;
-  w ^= t ^ t << 14;
-  t = (w ^ w >> 28) & 0x00000000f0f0f0f0ull;
-  return w ^ t ^ t << 28;
-}
-
-/// The eight slices of a leaf across an axis: word k holds bit row * 8 + column; rows and columns are the other axes in
-/// ascending order.
-void slices_of_leaf(const LeafMask& leaf, int axis, uint64_t slices[8]) {
-  std::memcpy(slices, leaf.word, 64);
-  if (axis == 0) return;
-  if (axis == 2)  // rows x, columns y
-    for (int x = 0; x < 8; ++x) slices[x] = transpose_bits(slices[x]);
-  transpose_bytes(slices);
-}
-
-}  // namespace
-
-void RayStream::first_set_coherent(std::span<const GridRay> rays, std::span<GridHit> hits, StreamReport* report) const {
-  for (size_t begin = 0; begin < rays.size(); begin += kPacket) {
-    const size_t count = std::min(kPacket, rays.size() - begin);
-    first_set_packet(rays.subspan(begin, count), hits.subspan(begin, count), report);
+/// Slopes, offsets and bounds of rays [0, count) of the packet; those after them repeat the last.
+HWY_INLINE void prepare_packet(Packet& p, size_t count) {
+  const Floats df;
+  const Ints di;
+  const F one = hn::Set(df, 1.0f), zero = hn::Zero(df);
+  const auto down = hn::RebindMask(df, hn::Ne(hn::Set(di, p.flip), hn::Zero(di)));
+  F range = one;
+  for (size_t at = 0; at < kPacket; at += hn::Lanes(df)) {
+    const F given = hn::Load(df, p.direction[0] + at), f = hn::Load(df, p.fraction[0] + at);
+    const F d = hn::IfThenElse(down, hn::Neg(given), given);
+    const F su = hn::Div(hn::Load(df, p.direction[1] + at), d), sv = hn::Div(hn::Load(df, p.direction[2] + at), d);
+    const F along = hn::Add(hn::ConvertTo(df, hn::Load(di, p.start_k + at)), hn::IfThenElse(down, hn::Sub(one, f), f));
+    const auto offset = [&](const int32_t* cell, const float* fraction, F slope) {
+      const F start =
+          hn::Add(hn::ConvertTo(df, hn::Load(di, cell + at)), hn::Sub(hn::Load(df, fraction + at), hn::Set(df, 0.5f)));
+      return hn::Sub(start, hn::Mul(slope, along));
+    };
+    const F yu = offset(p.start_u, p.fraction[1], su), yv = offset(p.start_v, p.fraction[2], sv);
+    const F reach = hn::Max(hn::Max(hn::Abs(yu), hn::Abs(yv)), along);
+    auto fine = hn::And(hn::Gt(d, zero), hn::And(hn::Le(hn::Abs(su), one), hn::Le(hn::Abs(sv), one)));
+    fine = hn::And(fine, hn::And(hn::Lt(reach, hn::Set(df, 4096.0f)), hn::Ge(along, zero)));
+    range = hn::Max(range, hn::IfThenElseZero(fine, reach));
+    hn::Store(hn::IfThenElseZero(fine, su), df, p.slope_u + at);
+    hn::Store(hn::IfThenElseZero(fine, sv), df, p.slope_v + at);
+    hn::Store(hn::IfThenElseZero(fine, yu), df, p.y_u + at);
+    hn::Store(hn::IfThenElseZero(fine, yv), df, p.y_v + at);
+    hn::Store(hn::Set(di, -2), di, p.hit_axis + at);
+    p.alive |= bits_of(di, hn::RebindMask(di, fine)) << at;
   }
+  const uint64_t given = count == 64 ? ~0ull : (1ull << count) - 1;
+  p.unsure = ~p.alive & given;
+  p.alive &= given;
+  p.range = hn::GetLane(hn::MaxOfLanes(df, range)) + 2;
 }
 
-void RayStream::first_set_packet(std::span<const GridRay> rays, std::span<GridHit> hits, StreamReport* report) const {
-  const size_t count = rays.size();
-  if (!bricks_.walkable() || count < 16) return first_set(rays, hits, {}, report);
-  // The main axis, and what is mirrored.
-  const Vec3d lead = rays[count / 2].direction;
-  int m = std::abs(lead.x) >= std::abs(lead.y) ? 0 : 1;
-  if (std::abs(lead.z) > std::abs(lead[m])) m = 2;
-  const int u = m == 0 ? 1 : 0, v = m == 2 ? 1 : 2;
-  const bool up = lead[m] > 0;
-  const int32_t flip = up ? 0 : -1;
-  const VoxelPos low = bricks_.low();
-  const VoxelPos at = rays[count / 2].voxel - low;
-  // Nearest start along the main axis; u and v from the middle ray's voxel.
-  int32_t corner_k = INT32_MAX;
-  for (const GridRay& ray : rays) corner_k = std::min(corner_k, (ray.voxel[m] - low[m]) ^ flip);
+HWY_INLINE int32_t floor_of(float x) {
+  const int32_t whole = static_cast<int32_t>(x);
+  return whole - (static_cast<float>(whole) > x);
+}
 
-  Packet p;
-  p.u_before_v = true;
-  float range = 1;
-  for (size_t i = 0; i < kPacket; ++i) {
-    const GridRay& ray = rays[i < count ? i : count - 1];
-    const double d = up ? ray.direction[m] : -ray.direction[m];
-    const double inverse = 1 / d, su = ray.direction[u] * inverse, sv = ray.direction[v] * inverse;
-    const int32_t k = ((ray.voxel[m] - low[m]) ^ flip) - corner_k, iu = ray.voxel[u] - low[u] - at[u],
-                  iv = ray.voxel[v] - low[v] - at[v];
-    const double along = k + (up ? ray.fraction[m] : 1 - ray.fraction[m]);
-    const double yu = iu + ray.fraction[u] - su * along - 0.5, yv = iv + ray.fraction[v] - sv * along - 0.5;
-    p.slope_u[i] = static_cast<float>(su), p.slope_v[i] = static_cast<float>(sv);
-    p.y_u[i] = static_cast<float>(yu), p.y_v[i] = static_cast<float>(yv);
-    p.start_k[i] = k, p.start_u[i] = iu, p.start_v[i] = iv;
-    p.hit_axis[i] = -2;
-    const double reach = std::max({std::abs(yu), std::abs(yv), along});
-    const bool fine = d > 0 && std::abs(su) <= 1 && std::abs(sv) <= 1 && reach < 4096 && ray.t_max >= 0;
-    range = std::max(range, fine ? static_cast<float>(reach) : 0.0f);
-    if (i >= count) continue;
-    if (fine)
-      p.alive |= 1ull << i;
-    else
-      p.unsure |= 1ull << i, p.slope_u[i] = p.slope_v[i] = p.y_u[i] = p.y_v[i] = 0;
-  }
-  p.range = range + 2;
+/// The packet from its start to its end, or to where it is too wide.
+void walk_packet(const PacketWorld& world, Packet& p, size_t count, SliceCache& cache) {
+  prepare_packet(p, count);
   PacketBounds bounds;
-  HWY_DYNAMIC_DISPATCH(bound_packet)(p, bounds);
-  const int32_t* leaves = bricks_.leaves_along();
-  const size_t stride[3] = {size_t(leaves[1]) * size_t(leaves[2]), 1, size_t(leaves[1])};
-  const uint32_t* codes = bricks_.codes();
-  const auto inside = [&](int axis, int32_t cell) {
-    return static_cast<uint32_t>(cell) < static_cast<uint32_t>(leaves[axis] * kLeafSize);
-  };
-  bool started_inside = inside(m, (corner_k ^ flip));
+  bound_packet(p, bounds);
+  const BrickVolume& bricks = *world.bricks;
+  const int m = p.main, u = p.u, v = p.v;
+  const int32_t flip = p.flip, corner_k = p.corner[0];
+  const LeafPos low = leaf_from_voxel(bricks.low());
+  const int32_t* leaves = bricks.leaves_along();
+  const size_t strides[3] = {size_t(leaves[1]) * size_t(leaves[2]), 1, size_t(leaves[1])};
+  const size_t stride_m = strides[m], stride_u = strides[u], stride_v = strides[v];
+  const uint32_t* codes = bricks.codes();
+  p.wide = static_cast<uint32_t>(corner_k ^ flip) >= static_cast<uint32_t>(leaves[m] * kLeafSize);
   // Planes up to the end of what holds anything.
-  const int32_t end_cell = up ? bricks_.content().max[m] - low[m] : ~(bricks_.content().min[m] - low[m]);
-  const int32_t end_k = end_cell - corner_k + 1;
+  const VoxelPos first = bricks.content().min - bricks.low(), last_cell = bricks.content().max - bricks.low();
+  const int32_t end_k = (flip ? ~first[m] : last_cell[m]) - corner_k + 1;
   // Cells of u (0) or v (1) that the packet may touch between two planes, from the corner of the bounds.
-  const auto extent = [&](int i, int32_t k0, int32_t k1, int32_t& from, int32_t& to) {
-    constexpr float kPad = 0.5f + 0x1p-6f;
-    const float a = static_cast<float>(k0), b = static_cast<float>(k1);
+  const auto extent = [&](int i, float a, float b, int32_t& from, int32_t& to) {
     const float lowest = bounds.low_y[i] + std::min(a * bounds.low_slope[i], b * bounds.low_slope[i]);
     const float highest = bounds.high_y[i] + std::max(a * bounds.high_slope[i], b * bounds.high_slope[i]);
-    const int32_t base = i == 0 ? at[u] : at[v];
-    from = base + static_cast<int32_t>(std::floor(lowest + 0.5f - 0x1p-6f));
-    to = base + static_cast<int32_t>(std::floor(highest + kPad));
+    from = p.corner[1 + i] + floor_of(lowest + (0.5f - 0x1p-6f));
+    to = p.corner[1 + i] + floor_of(highest + (0.5f + 0x1p-6f));
   };
 
   int32_t k = 0;
   int log2 = 7;
-  uint64_t slices[4][8];
+  const uint64_t* slices[4] = {};
   int32_t loaded_layer = INT32_MIN, loaded_u = 0, loaded_v = 0;
-  bool wide = !started_inside;
-  while (p.alive && !wide && k < end_k) {
+  static constexpr uint64_t kNothing[8] = {};
+  while (p.alive && !p.wide && k < end_k) {
     const int32_t cell = corner_k + k;  // mirrored
+    const uint32_t* layer_codes = codes + stride_m * static_cast<size_t>((cell ^ flip) >> 3);
     // Pass slabs in which the packet meets nothing.
     bool passed = false;
     for (; log2 >= 3; --log2) {
       const int32_t size = 1 << log2, next = (cell | (size - 1)) + 1 - corner_k;
       int32_t u0, u1, v0, v1;
-      extent(0, k, next, u0, u1);
-      extent(1, k, next, v0, v1);
+      extent(0, static_cast<float>(k), static_cast<float>(next), u0, u1);
+      extent(1, static_cast<float>(k), static_cast<float>(next), v0, v1);
       u0 = std::max(u0, 0), v0 = std::max(v0, 0);
       u1 = std::min(u1, leaves[u] * kLeafSize - 1), v1 = std::min(v1, leaves[v] * kLeafSize - 1);
-      if (((u1 - u0) >> log2) > 3 || ((v1 - v0) >> log2) > 3) continue;
-      bool clear = true;
-      const uint32_t* layer = codes + stride[m] * static_cast<size_t>((cell ^ flip) >> 3);
+      u0 >>= log2, u1 >>= log2, v0 >>= log2, v1 >>= log2;
+      if (u1 - u0 > 3 || v1 - v0 > 3) continue;
       const uint32_t least = static_cast<uint32_t>(size - 1);
-      for (int32_t a = u0 >> log2; clear && a <= u1 >> log2; ++a)
-        for (int32_t b = v0 >> log2; clear && b <= v1 >> log2; ++b) {
-          const uint32_t code = layer[stride[u] * (static_cast<size_t>(a) << (log2 - 3)) +
-                                      stride[v] * (static_cast<size_t>(b) << (log2 - 3))];
+      bool clear = true;
+      for (int32_t a = u0; clear && a <= u1; ++a)
+        for (int32_t b = v0; clear && b <= v1; ++b) {
+          const uint32_t code = layer_codes[stride_u * (static_cast<size_t>(a) << (log2 - 3)) +
+                                            stride_v * (static_cast<size_t>(b) << (log2 - 3))];
           clear = code >= least && code < BrickVolume::kMixed;
         }
-      if (u0 > u1 || v0 > v1) clear = true;
       if (clear) {
         k = next;
         log2 = std::min(log2 + 1, 7);
@@ -338,11 +339,11 @@ void RayStream::first_set_packet(std::span<const GridRay> rays, std::span<GridHi
     const int32_t layer = (cell ^ flip) >> 3, last = (cell | 7) - corner_k;
     for (; k <= last && p.alive; ++k) {
       int32_t u0, u1, v0, v1;
-      extent(0, k, k + 1, u0, u1);
-      extent(1, k, k + 1, v0, v1);
+      extent(0, static_cast<float>(k), static_cast<float>(k + 1), u0, u1);
+      extent(1, static_cast<float>(k), static_cast<float>(k + 1), v0, v1);
       const int32_t leaf_u = u0 >> 3, leaf_v = v0 >> 3;
       if (u1 - leaf_u * 8 > 15 || v1 - leaf_v * 8 > 15) {
-        wide = true;
+        p.wide = true;
         break;
       }
       if (layer != loaded_layer || leaf_u != loaded_u || leaf_v != loaded_v) {
@@ -350,9 +351,20 @@ void RayStream::first_set_packet(std::span<const GridRay> rays, std::span<GridHi
         for (int i = 0; i < 4; ++i) {
           LeafPos leaf;
           leaf[m] = layer, leaf[u] = leaf_u + (i & 1), leaf[v] = leaf_v + (i >> 1);
-          const bool held = leaf[u] >= 0 && leaf[u] < leaves[u] && leaf[v] >= 0 && leaf[v] < leaves[v];
-          const LeafMask* mask = held ? &volume_->leaf(leaf + leaf_from_voxel(low)) : &kNoneMask;
-          slices_of_leaf(*mask, m, slices[i]);
+          const bool held = static_cast<uint32_t>(leaf[u]) < static_cast<uint32_t>(leaves[u]) &&
+                            static_cast<uint32_t>(leaf[v]) < static_cast<uint32_t>(leaves[v]);
+          if (!held ||
+              !(bricks.codes()[stride_m * size_t(layer) + stride_u * size_t(leaf[u]) + stride_v * size_t(leaf[v])] &
+                BrickVolume::kMixed)) {
+            slices[i] = kNothing;
+            continue;
+          }
+          const size_t place = size_t(leaf.x & 3) << 5 | size_t(leaf.y & 7) << 2 | size_t(leaf.z & 3);
+          if (cache.axis[place] != m || cache.leaf[place] != leaf) {
+            cache.axis[place] = static_cast<int8_t>(m), cache.leaf[place] = leaf;
+            slices_of_leaf(world.volume->leaf(leaf + low), m, cache.slices[place]);
+          }
+          slices[i] = cache.slices[place];
         }
       }
       const int slab = ((corner_k + k) ^ flip) & 7;
@@ -361,58 +373,116 @@ void RayStream::first_set_packet(std::span<const GridRay> rays, std::span<GridHi
       const uint32_t columns = (2u << c1) - (1u << c0);
       const uint64_t low_columns = (columns & 0xff) * 0x0101010101010101ull,
                      high_columns = (columns >> 8 & 0xff) * 0x0101010101010101ull;
-      const uint64_t low_rows = r0 > 7 ? 0 : ~0ull << (8 * r0) & (r1 >= 7 ? ~0ull : (1ull << (8 * r1 + 8)) - 1);
-      const uint64_t high_rows =
-          r1 < 8 ? 0 : (r0 > 8 ? ~0ull << (8 * (r0 - 8)) : ~0ull) & (r1 == 15 ? ~0ull : (1ull << (8 * r1 - 56)) - 1);
-      for (int i = 0; i < 4; ++i)
-        slice.word[i] = slices[i][slab] & (i & 1 ? high_rows : low_rows) & (i & 2 ? high_columns : low_columns);
+      const uint64_t low_rows = ~0ull << (8 * r0) & (r1 >= 7 ? ~0ull : (1ull << (8 * r1 + 8)) - 1);
+      const uint64_t high_rows = r1 < 8 ? 0 : r1 == 15 ? ~0ull : (1ull << (8 * r1 - 56)) - 1;
+      slice.word[0] = slices[0][slab] & low_rows & low_columns,
+      slice.word[1] = slices[1][slab] & high_rows & low_columns;
+      slice.word[2] = slices[2][slab] & low_rows & high_columns,
+      slice.word[3] = slices[3][slab] & high_rows & high_columns;
       if (!(slice.word[0] | slice.word[1] | slice.word[2] | slice.word[3])) continue;
-      slice.row = leaf_u * 8 - at[u], slice.column = leaf_v * 8 - at[v], slice.k = k;
-      HWY_DYNAMIC_DISPATCH(walk_slice)(p, slice);
+      slice.row = leaf_u * 8 - p.corner[1], slice.column = leaf_v * 8 - p.corner[2], slice.k = k;
+      walk_slice(p, slice);
     }
   }
+  p.k = k;
+}
 
-  // What is left goes on lane by lane.
-  StreamReport done;
+}  // namespace HWY_NAMESPACE
+}  // namespace world
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace world {
+
+namespace {
+HWY_EXPORT(walk_packet);
+}
+
+void RayStream::first_set_coherent(std::span<const GridRay> rays, std::span<GridHit> hits, StreamReport* report) const {
+  if (!bricks_.walkable()) return first_set(rays, hits, {}, report);
+  SliceCache cache;
+  Packet packet;
+  for (size_t begin = 0; begin < rays.size(); begin += kPacket) {
+    const size_t count = std::min(kPacket, rays.size() - begin);
+    first_set_packet(packet, cache, rays.subspan(begin, count), hits.subspan(begin, count), report);
+  }
+}
+
+/// Rays of a packet that has grown too wide, from the plane it has come to.
+void RayStream::walk_rest(const Packet& p, uint64_t which, std::span<const GridRay> rays, std::span<GridHit> hits,
+                          StreamReport* report) const {
   GridRay rest[kPacket];
   GridHit rest_hits[kPacket];
-  uint32_t rest_index[kPacket];
-  size_t rest_count = 0;
+  size_t count = 0;
+  for (uint64_t left = which; left; left &= left - 1) rest[count++] = rays[static_cast<size_t>(std::countr_zero(left))];
+  StreamStart start;
+  if (p.k > 0) start = {p.main, ((p.corner[0] + p.k) ^ p.flip) + (p.flip ? 1 : 0) + bricks_.low()[p.main]};
+  first_set({rest, count}, {rest_hits, count}, start, report);
+  count = 0;
+  for (uint64_t left = which; left; left &= left - 1)
+    hits[static_cast<size_t>(std::countr_zero(left))] = rest_hits[count++];
+}
+
+void RayStream::first_set_packet(Packet& p, SliceCache& cache, std::span<const GridRay> rays, std::span<GridHit> hits,
+                                 StreamReport* report) const {
+  const size_t count = rays.size();
+  const GridRay& middle = rays[count / 2];
+  const Vec3d lead = middle.direction;
+  int m = std::abs(lead.x) >= std::abs(lead.y) ? 0 : 1;
+  if (std::abs(lead.z) > std::abs(lead[m])) m = 2;
+  const int u = m == 0 ? 1 : 0, v = m == 2 ? 1 : 2;
+  p.main = m, p.u = u, p.v = v;
+  p.flip = lead[m] > 0 ? 0 : -1;
+  p.alive = p.hit = p.unsure = 0;
+  const VoxelPos low = bricks_.low();
+  p.corner[0] = INT32_MAX, p.corner[1] = middle.voxel[u] - low[u], p.corner[2] = middle.voxel[v] - low[v];
+  for (size_t i = 0; i < kPacket; ++i) {
+    const GridRay& ray = rays[i < count ? i : count - 1];
+    const double *fraction = &ray.fraction.x, *direction = &ray.direction.x;
+    p.fraction[0][i] = static_cast<float>(fraction[m]), p.direction[0][i] = static_cast<float>(direction[m]);
+    p.fraction[1][i] = static_cast<float>(fraction[u]), p.direction[1][i] = static_cast<float>(direction[u]);
+    p.fraction[2][i] = static_cast<float>(fraction[v]), p.direction[2][i] = static_cast<float>(direction[v]);
+    const int32_t* voxel = &ray.voxel.x;
+    p.start_k[i] = (voxel[m] - low[m]) ^ p.flip;
+    p.start_u[i] = voxel[u] - low[u] - p.corner[1], p.start_v[i] = voxel[v] - low[v] - p.corner[2];
+    p.corner[0] = std::min(p.corner[0], p.start_k[i]);
+  }
+  for (size_t i = 0; i < kPacket; ++i) p.start_k[i] -= p.corner[0];
+  HWY_DYNAMIC_DISPATCH(walk_packet)({&bricks_, volume_}, p, count, cache);
+
+  // Exact t of what was hit; what is left goes on lane by lane.
+  StreamReport done;
+  const int axes[4] = {0, m, u, v};
+  const int32_t corner_k = p.corner[0], corner_u = p.corner[1] + low[u], corner_v = p.corner[2] + low[v];
   for (size_t i = 0; i < count; ++i) {
     const GridRay& ray = rays[i];
     GridHit& hit = hits[i];
-    if (p.hit >> i & 1) {
-      VoxelPos voxel;
-      voxel[m] = ((p.hit_k[i] + corner_k) ^ flip) + low[m];
-      voxel[u] = p.hit_u[i] + at[u] + low[u];
-      voxel[v] = p.hit_v[i] + at[v] + low[v];
-      if (p.hit_axis[i] < 0) {
-        hit = {WalkEnd::hit, voxel, kNoFace, 0};
-        continue;
-      }
-      const int axis = p.hit_axis[i] == 0 ? m : p.hit_axis[i] == 1 ? u : v;
-      const bool upwards = ray.direction[axis] >= 0;
-      const int32_t plane = voxel[axis] + (upwards ? 0 : 1);
-      const double t = (static_cast<double>(plane - ray.voxel[axis]) - ray.fraction[axis]) * (1 / ray.direction[axis]);
-      hit = t <= ray.t_max ? GridHit{WalkEnd::hit, voxel, entered_face(axis, upwards), t}
-                           : GridHit{WalkEnd::t_max, {}, kNoFace, ray.t_max};
-    } else if (p.unsure >> i & 1) {
+    const uint64_t bit = 1ull << i;
+    if (p.hit & bit) {
+      int32_t voxel[3];
+      voxel[m] = ((p.hit_k[i] + corner_k) ^ p.flip) + low[m];
+      voxel[u] = p.hit_u[i] + corner_u;
+      voxel[v] = p.hit_v[i] + corner_v;
+      const int axis = axes[p.hit_axis[i] + 1];
+      const double direction = (&ray.direction.x)[axis];
+      const bool upwards = direction >= 0;
+      const double plane = static_cast<double>(voxel[axis] + !upwards - (&ray.voxel.x)[axis]);
+      const bool started = p.hit_axis[i] < 0;
+      const double t = started ? 0 : (plane - (&ray.fraction.x)[axis]) * (1 / direction);
+      if (t <= ray.t_max)
+        hit = {WalkEnd::hit, {voxel[0], voxel[1], voxel[2]}, started ? kNoFace : entered_face(axis, upwards), t};
+      else
+        hit = {WalkEnd::t_max, {}, kNoFace, ray.t_max};
+    } else if (p.unsure & bit) {
       hit = walker_.first_set(ray);
       ++done.exact;
-    } else if (p.alive >> i & 1 && wide) {
-      rest_index[rest_count] = static_cast<uint32_t>(i);
-      rest[rest_count++] = ray;
     } else {
       hit = {WalkEnd::t_max, {}, kNoFace, ray.t_max};
     }
   }
-  if (rest_count) {
-    StreamStart start;
-    if (k > 0) start = {m, ((corner_k + k) ^ flip) + (up ? 0 : 1) + low[m]};
-    first_set({rest, rest_count}, {rest_hits, rest_count}, start, report);
-    for (size_t i = 0; i < rest_count; ++i) hits[rest_index[i]] = rest_hits[i];
-  }
-  done.rays = count - rest_count;
+  const uint64_t rest = p.wide ? p.alive : 0;
+  if (rest) walk_rest(p, rest, rays, hits, report);
+  done.rays = count - static_cast<size_t>(std::popcount(rest));
   if (report) report->add(done);
 }
 

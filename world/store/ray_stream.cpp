@@ -13,28 +13,29 @@
 
 namespace world {
 
-constexpr size_t kBatch = 128;
+constexpr size_t kChunk = 64;    // rays made ready at a time
+constexpr size_t kSlice = 4096;  // rays between two looks at what must be walked in double
 
 /// What kernels read of a BrickVolume.
 struct BrickView {
   const int32_t *codes, *words;
   int32_t leaves_y, leaves_z;
   int32_t first[3], last[3];  // voxels that may hold anything, from the corner of the bounds
+  int32_t size[3];            // voxels of the bounds
+  VoxelPos low;               // corner of the bounds
 };
 
-/// Rays made ready, each in a space mirrored so that it runs upwards on each axis: there a cell c is c ^ flip. Cells
-/// count from the low corner of the bounds. Directions are scaled so that their largest component is 1.
+/// A few rays made ready, each in a space mirrored so that it runs upwards on each axis: there a cell c is c ^ flip.
+/// Cells count from the low corner of the bounds. Directions are scaled so that their largest component is 1.
 struct alignas(64) StreamRays {
   // As given: fraction, direction, largest t in lengths of the direction, start voxel.
-  float fraction[3][kBatch], direction[3][kBatch], t_max[kBatch];
-  int32_t voxel[3][kBatch];
+  float fraction[3][kChunk], direction[3][kChunk], t_max[kChunk];
+  int32_t voxel[3][kChunk];
   // Made of it; `beyond` is (1 - origin) * inverse.
-  float origin[3][kBatch], along[3][kBatch], inverse[3][kBatch], beyond[3][kBatch], t_limit[kBatch];
-  int32_t base[3][kBatch], cell[3][kBatch], flip[3][kBatch], last[3][kBatch], axis[kBatch];
-  uint8_t state[kBatch];  // a RayState
+  float origin[3][kChunk], along[3][kChunk], inverse[3][kChunk], beyond[3][kChunk], t_limit[kChunk];
+  int32_t base[3][kChunk], cell[3][kChunk], flip[3][kChunk], last[3][kChunk], axis[kChunk];
+  uint64_t walks, unsure;  // a bit a ray; what is neither meets nothing
 };
-
-enum RayState : uint8_t { kWalks = 0, kHit = 1, kMissed = 2, kUnsure = 3 };
 
 }  // namespace world
 #endif
@@ -75,7 +76,8 @@ HWY_INLINE F sure_distance(F t, F inverse) {
 
 /// Mirrors, scales and inverts rays [0, count); sorts out those that must be walked in double and those that meet
 /// nothing. Where start_axis >= 0, moves them to where they cross that plane (counted from the corner of the bounds).
-void prepare(const BrickView& bricks, StreamRays& rays, size_t count, int start_axis, int32_t start_plane) {
+HWY_INLINE void prepare(const BrickView& bricks, StreamRays& rays, size_t count, int start_axis, int32_t start_plane) {
+  rays.walks = rays.unsure = 0;
   const Floats df;
   const Ints di;
   const size_t width = hn::Lanes(df);
@@ -147,12 +149,17 @@ void prepare(const BrickView& bricks, StreamRays& rays, size_t count, int start_
       fine = hn::And(fine, hn::Or(sure, hn::Not(hn::RebindMask(df, ahead))));
     }
     hn::Store(axis, di, rays.axis + at);
-    const uint32_t fine_bits = bits_of(di, hn::RebindMask(di, fine)), none_bits = bits_of(di, hn::RebindMask(di, none));
-    for (size_t lane = 0; lane < width; ++lane) {
-      const bool is_fine = fine_bits >> lane & 1, is_none = none_bits >> lane & 1;
-      rays.state[at + lane] = !is_fine ? kUnsure : is_none ? kMissed : kWalks;
+    // Codes cover the bounds and no more.
+    for (int a = 0; a < 3; ++a) {
+      const I cell = hn::Xor(hn::Load(di, rays.cell[a] + at), hn::Load(di, rays.flip[a] + at));
+      const auto outside = hn::Or(hn::Lt(cell, hn::Zero(di)), hn::Not(hn::Lt(cell, hn::Set(di, bricks.size[a]))));
+      fine = hn::And(fine, hn::Not(hn::RebindMask(df, outside)));
     }
+    rays.walks |= uint64_t{bits_of(di, hn::RebindMask(di, hn::AndNot(none, fine)))} << at;
+    rays.unsure |= uint64_t{bits_of(di, hn::RebindMask(di, hn::Not(fine)))} << at;
   }
+  const uint64_t given = count == 64 ? ~0ull : (1ull << count) - 1;
+  rays.walks &= given, rays.unsure &= given;
 }
 
 /// The state of one vector of lanes. In memory: there are more values than registers, and refilling writes single
@@ -163,6 +170,7 @@ struct alignas(64) Lanes {
   int32_t base[3][kMostLanes], flip[3][kMostLanes], last[3][kMostLanes];
   float t_limit[kMostLanes];
   int32_t cell[2][3][kMostLanes], axis[2][kMostLanes];
+  int32_t leaf[kMostLanes], code[kMostLanes], word[kMostLanes];  // places of the codes and words of cell
   uint32_t ray[kMostLanes];
 };
 
@@ -172,18 +180,42 @@ struct Ended {
 
 constexpr uint32_t kNoRay = 0xffffffffu;
 
-HWY_INLINE I gather(const int32_t* from, I index) {
+HWY_INLINE I gather(const int32_t* from, const int32_t* at) {
   const Ints di;
 #if HWY_TARGET == HWY_AVX2
   // Faster than the instruction on several processors, and never much slower.
-  alignas(32) int32_t at[8];
-  hn::Store(index, di, at);
   const __m128i low = _mm_set_epi32(from[at[3]], from[at[2]], from[at[1]], from[at[0]]);
   const __m128i high = _mm_set_epi32(from[at[7]], from[at[6]], from[at[5]], from[at[4]]);
   return I{_mm256_set_m128i(high, low)};
 #else
-  return hn::GatherIndex(di, from, index);
+  return hn::GatherIndex(di, from, hn::Load(di, at));
 #endif
+}
+
+/// The codes of all lanes, and where their words lie: asked for now, needed when the other groups have had their turn.
+HWY_INLINE void look_up(const BrickView& bricks, Lanes& lanes, int from) {
+  const Ints di;
+  const I gx = hn::Xor(hn::Load(di, lanes.cell[from][0]), hn::Load(di, lanes.flip[0]));
+  const I gy = hn::Xor(hn::Load(di, lanes.cell[from][1]), hn::Load(di, lanes.flip[1]));
+  const I gz = hn::Xor(hn::Load(di, lanes.cell[from][2]), hn::Load(di, lanes.flip[2]));
+  const I code = gather(bricks.codes, lanes.leaf);
+  // Of an empty leaf too: its code is the index of some word, whose bits are not looked at.
+  const I word_in_leaf = hn::Or(hn::ShiftLeft<1>(hn::And(gx, hn::Set(di, 4))),
+                                hn::Or(hn::And(gy, hn::Set(di, 6)), hn::ShiftRight<2>(hn::And(gz, hn::Set(di, 4)))));
+  hn::Store(code, di, lanes.code);
+  hn::Store(hn::Or(hn::And(code, hn::Set(di, int32_t(BrickVolume::kFirstWord))), word_in_leaf), di, lanes.word);
+  for (size_t lane = 0; lane < hn::Lanes(di); ++lane) __builtin_prefetch(bricks.words + lanes.word[lane]);
+}
+
+/// Where the codes of the lanes' cells lie.
+HWY_INLINE void find_leaves(const BrickView& bricks, Lanes& lanes, int from) {
+  const Ints di;
+  const I gx = hn::Xor(hn::Load(di, lanes.cell[from][0]), hn::Load(di, lanes.flip[0]));
+  const I gy = hn::Xor(hn::Load(di, lanes.cell[from][1]), hn::Load(di, lanes.flip[1]));
+  const I gz = hn::Xor(hn::Load(di, lanes.cell[from][2]), hn::Load(di, lanes.flip[2]));
+  const I column = hn::Add(hn::Mul(hn::ShiftRight<3>(gx), hn::Set(di, bricks.leaves_z)), hn::ShiftRight<3>(gz));
+  hn::Store(hn::Add(hn::Mul(column, hn::Set(di, bricks.leaves_y)), hn::ShiftRight<3>(gy)), di, lanes.leaf);
+  for (size_t lane = 0; lane < hn::Lanes(di); ++lane) __builtin_prefetch(bricks.codes + lanes.leaf[lane]);
 }
 
 /// One step of every lane, from cell[from] to cell[1 - from].
@@ -196,17 +228,7 @@ HWY_INLINE Ended step(const BrickView& bricks, Lanes& lanes, int from) {
           cz = hn::Load(di, lanes.cell[from][2]);
   const I gx = hn::Xor(cx, hn::Load(di, lanes.flip[0])), gy = hn::Xor(cy, hn::Load(di, lanes.flip[1])),
           gz = hn::Xor(cz, hn::Load(di, lanes.flip[2]));
-
-  const I leaf =
-      hn::Add(hn::Mul(hn::Add(hn::Mul(hn::ShiftRight<3>(gx), hn::Set(di, bricks.leaves_z)), hn::ShiftRight<3>(gz)),
-                      hn::Set(di, bricks.leaves_y)),
-              hn::ShiftRight<3>(gy));
-  const I code = gather(bricks.codes, leaf);
-  // Of an empty leaf too: its code is the index of some word, whose bits are not looked at.
-  const I word_in_leaf = hn::Or(hn::ShiftLeft<1>(hn::And(gx, hn::Set(di, 4))),
-                                hn::Or(hn::And(gy, hn::Set(di, 6)), hn::ShiftRight<2>(hn::And(gz, hn::Set(di, 4)))));
-  const I word =
-      gather(bricks.words, hn::Or(hn::And(code, hn::Set(di, int32_t(BrickVolume::kFirstWord))), word_in_leaf));
+  const I code = hn::Load(di, lanes.code), word = gather(bricks.words, lanes.word);
   const I bit =
       hn::Or(hn::ShiftLeft<3>(hn::And(gx, three)), hn::Or(hn::ShiftLeft<2>(hn::And(gy, one)), hn::And(gz, three)));
   const auto shifted = [&](I by) { return hn::BitCast(di, hn::Shr(hn::BitCast(du, word), hn::BitCast(du, by))); };
@@ -259,29 +281,55 @@ HWY_INLINE Ended step(const BrickView& bricks, Lanes& lanes, int from) {
   return ended;
 }
 
-/// Walks all rays whose state is kWalks to their ends: state, cell and axis are what they come to.
-uint64_t walk(const BrickView& bricks, StreamRays& rays, size_t count) {
+/// Walks all rays to their ends, and says which must be walked in double: unsure[0..returned).
+size_t walk(const BrickView& bricks, const GridRay* rays, GridHit* hits, size_t count, int start_axis,
+            int32_t start_plane, uint32_t* unsure, uint64_t& steps) {
+  constexpr int kGroups = 4;
   const size_t width = hn::Lanes(Ints());
-  Lanes group[2];
-  size_t next = 0, active = 0;
-  const auto next_ray = [&] {
-    while (next < count && rays.state[next] != kWalks) ++next;
-    return next < count ? static_cast<uint32_t>(next++) : kNoRay;
-  };
-  const auto put = [&](Lanes& lanes, size_t lane, int to, uint32_t ray) {
-    lanes.ray[lane] = ray;
-    for (int a = 0; a < 3; ++a) {
-      lanes.origin[a][lane] = rays.origin[a][ray];
-      lanes.along[a][lane] = rays.along[a][ray];
-      lanes.inverse[a][lane] = rays.inverse[a][ray];
-      lanes.beyond[a][lane] = rays.beyond[a][ray];
-      lanes.base[a][lane] = rays.base[a][ray];
-      lanes.flip[a][lane] = rays.flip[a][ray];
-      lanes.last[a][lane] = rays.last[a][ray];
-      lanes.cell[to][a][lane] = rays.cell[a][ray];
+  Lanes group[kGroups];
+  StreamRays ready;
+  ready.walks = 0;
+  size_t chunk = 0, chunk_end = 0, active = 0, unsure_count = 0;  // chunk: first ray of those made ready
+  const auto miss = [&](size_t i) { hits[i].end = WalkEnd::t_max, hits[i].face = kNoFace, hits[i].t = rays[i].t_max; };
+  const auto next_ray = [&]() -> uint32_t {
+    while (!ready.walks) {
+      if (chunk_end == count) return kNoRay;
+      chunk = chunk_end;
+      chunk_end = std::min(chunk + kChunk, count);
+      for (size_t i = 0; i < kChunk; ++i) {
+        const GridRay& ray = rays[std::min(chunk + i, count - 1)];
+        for (int a = 0; a < 3; ++a) {
+          ready.fraction[a][i] = static_cast<float>((&ray.fraction.x)[a]);
+          ready.direction[a][i] = static_cast<float>((&ray.direction.x)[a]);
+          ready.voxel[a][i] = (&ray.voxel.x)[a] - (&bricks.low.x)[a];
+        }
+        ready.t_max[i] = static_cast<float>(ray.t_max);
+      }
+      const size_t given = chunk_end - chunk;
+      prepare(bricks, ready, given, start_axis, start_plane);
+      uint64_t none = ~(ready.walks | ready.unsure) & (given == 64 ? ~0ull : (1ull << given) - 1);
+      for (; none; none &= none - 1) miss(chunk + static_cast<size_t>(std::countr_zero(none)));
+      for (uint64_t left = ready.unsure; left; left &= left - 1)
+        unsure[unsure_count++] = static_cast<uint32_t>(chunk + static_cast<size_t>(std::countr_zero(left)));
     }
-    lanes.t_limit[lane] = rays.t_limit[ray];
-    lanes.axis[to][lane] = rays.axis[ray];
+    const uint32_t i = static_cast<uint32_t>(std::countr_zero(ready.walks));
+    ready.walks &= ready.walks - 1;
+    return i;
+  };
+  const auto put = [&](Lanes& lanes, size_t lane, int to, uint32_t i) {
+    lanes.ray[lane] = static_cast<uint32_t>(chunk) + i;
+    for (int a = 0; a < 3; ++a) {
+      lanes.origin[a][lane] = ready.origin[a][i];
+      lanes.along[a][lane] = ready.along[a][i];
+      lanes.inverse[a][lane] = ready.inverse[a][i];
+      lanes.beyond[a][lane] = ready.beyond[a][i];
+      lanes.base[a][lane] = ready.base[a][i];
+      lanes.flip[a][lane] = ready.flip[a][i];
+      lanes.last[a][lane] = ready.last[a][i];
+      lanes.cell[to][a][lane] = ready.cell[a][i];
+    }
+    lanes.t_limit[lane] = ready.t_limit[i];
+    lanes.axis[to][lane] = ready.axis[i];
   };
   // A lane without a ray stands in the first cell and misses at each step.
   const auto rest = [&](Lanes& lanes, size_t lane, int to) {
@@ -289,47 +337,68 @@ uint64_t walk(const BrickView& bricks, StreamRays& rays, size_t count) {
     lanes.t_limit[lane] = -std::numeric_limits<float>::infinity();
     lanes.ray[lane] = kNoRay;
   };
-  for (Lanes& lanes : group)
+  for (Lanes& lanes : group) {
     for (size_t lane = 0; lane < width; ++lane) {
-      const uint32_t ray = next_ray();
       for (int a = 0; a < 3; ++a) {
         lanes.origin[a][lane] = lanes.along[a][lane] = lanes.inverse[a][lane] = lanes.beyond[a][lane] = 0;
         lanes.base[a][lane] = lanes.last[a][lane] = 0;
       }
+      const uint32_t ray = next_ray();
       if (ray == kNoRay)
         rest(lanes, lane, 0);
       else
         put(lanes, lane, 0, ray), ++active;
     }
-  uint64_t steps = 0;
+    find_leaves(bricks, lanes, 0);
+  }
   int from = 0;
   const auto refill = [&](Lanes& lanes, const Ended& ended) {
     for (uint32_t left = ended.any; left; left &= left - 1) {
       const size_t lane = static_cast<size_t>(std::countr_zero(left));
-      const uint32_t ray = lanes.ray[lane];
-      if (ray != kNoRay) {
-        for (int a = 0; a < 3; ++a) rays.cell[a][ray] = lanes.cell[from][a][lane];
-        rays.axis[ray] = lanes.axis[from][lane];
-        rays.state[ray] = ended.hit >> lane & 1 ? kHit : ended.missed >> lane & 1 ? kMissed : kUnsure;
-        const uint32_t fresh = next_ray();
-        if (fresh != kNoRay) {
-          put(lanes, lane, 1 - from, fresh);
-          continue;
-        }
+      const uint32_t i = lanes.ray[lane];
+      if (i == kNoRay) {
+        rest(lanes, lane, 1 - from);
+        continue;
+      }
+      if (ended.hit >> lane & 1) {
+        // The exact t of the plane that was crossed.
+        const GridRay& ray = rays[i];
+        const int axis = lanes.axis[from][lane], along = axis < 0 ? 0 : axis;
+        const int32_t flip = lanes.flip[along][lane];
+        int32_t voxel[3];
+        for (int a = 0; a < 3; ++a) voxel[a] = (lanes.cell[from][a][lane] ^ lanes.flip[a][lane]) + (&bricks.low.x)[a];
+        const double plane = static_cast<double>(voxel[along] - flip - (&ray.voxel.x)[along]);
+        const double t = axis < 0 ? 0 : (plane - (&ray.fraction.x)[along]) * (1 / (&ray.direction.x)[along]);
+        if (t <= ray.t_max)
+          hits[i] = {
+              WalkEnd::hit, {voxel[0], voxel[1], voxel[2]}, axis < 0 ? kNoFace : entered_face(along, flip == 0), t};
+        else
+          miss(i);
+      } else if (ended.missed >> lane & 1) {
+        miss(i);
+      } else {
+        unsure[unsure_count++] = i;
+      }
+      const uint32_t fresh = next_ray();
+      if (fresh != kNoRay) {
+        put(lanes, lane, 1 - from, fresh);
+      } else {
+        rest(lanes, lane, 1 - from);
         --active;
       }
-      rest(lanes, lane, 1 - from);
     }
   };
   while (active) {
-    const Ended first = step(bricks, group[0], from);
-    const Ended second = step(bricks, group[1], from);
-    steps += 2;
-    if (first.any) refill(group[0], first);
-    if (second.any) refill(group[1], second);
+    for (Lanes& lanes : group) look_up(bricks, lanes, from);
+    for (Lanes& lanes : group) {
+      const Ended ended = step(bricks, lanes, from);
+      if (ended.any) refill(lanes, ended);
+      find_leaves(bricks, lanes, 1 - from);
+    }
+    steps += kGroups;
     from = 1 - from;
   }
-  return steps;
+  return unsure_count;
 }
 
 }  // namespace HWY_NAMESPACE
@@ -340,11 +409,8 @@ HWY_AFTER_NAMESPACE();
 namespace world {
 
 namespace {
-
-HWY_EXPORT(prepare);
 HWY_EXPORT(walk);
-
-}  // namespace
+}
 
 RayStream::RayStream(const MaskVolume& volume) : volume_(&volume), bricks_(volume), walker_(volume) {}
 
@@ -369,68 +435,31 @@ void RayStream::first_set(std::span<const GridRay> rays, std::span<GridHit> hits
                  bricks_.leaves_along()[1],
                  bricks_.leaves_along()[2],
                  {},
-                 {}};
+                 {},
+                 {},
+                 low};
   for (int a = 0; a < 3; ++a) {
     view.first[a] = bricks_.content().min[a] - low[a];
     view.last[a] = bricks_.content().max[a] - low[a];
+    view.size[a] = bricks_.leaves_along()[a] * kLeafSize;
   }
-  StreamRays batch;
-  for (size_t begin = 0; begin < rays.size(); begin += kBatch) {
-    const size_t count = std::min(kBatch, rays.size() - begin);
-    for (size_t i = 0; i < count; ++i) {
-      const GridRay& ray = rays[begin + i];
-      for (int a = 0; a < 3; ++a) {
-        batch.fraction[a][i] = static_cast<float>(ray.fraction[a]);
-        batch.direction[a][i] = static_cast<float>(ray.direction[a]);
-        batch.voxel[a][i] = ray.voxel[a] - low[a];
-      }
-      batch.t_max[i] = static_cast<float>(ray.t_max);
-    }
-    for (size_t i = count; i < ((count + 15) & ~size_t{15}); ++i)
-      for (int a = 0; a < 3; ++a)
-        batch.fraction[a][i] = batch.direction[a][i] = 0, batch.voxel[a][i] = 0, batch.t_max[i] = 0;
-    HWY_DYNAMIC_DISPATCH(prepare)(view, batch, count, start.axis, start.axis < 0 ? 0 : start.plane - low[start.axis]);
-    for (size_t i = 0; i < count; ++i)
-      for (int a = 0; a < 3; ++a)
-        if (static_cast<uint32_t>(batch.cell[a][i] ^ batch.flip[a][i]) >=
-            static_cast<uint32_t>(bricks_.leaves_along()[a] * kLeafSize))
-          batch.state[i] = kUnsure;
-    done.steps += HWY_DYNAMIC_DISPATCH(walk)(view, batch, count);
-    for (size_t i = 0; i < count; ++i) {
-      const GridRay& ray = rays[begin + i];
-      GridHit& hit = hits[begin + i];
-      if (batch.state[i] == kHit) {
-        const int axis = batch.axis[i];
-        const VoxelPos v = VoxelPos{batch.cell[0][i] ^ batch.flip[0][i], batch.cell[1][i] ^ batch.flip[1][i],
-                                    batch.cell[2][i] ^ batch.flip[2][i]} +
-                           low;
-        if (axis < 0) {
-          hit = {WalkEnd::hit, v, kNoFace, 0};
-          continue;
-        }
-        const bool up = batch.flip[axis][i] == 0;
-        const int32_t plane = v[axis] + (up ? 0 : 1);
-        const double t =
-            (static_cast<double>(plane - ray.voxel[axis]) - ray.fraction[axis]) * (1 / ray.direction[axis]);
-        if (t <= ray.t_max)
-          hit = {WalkEnd::hit, v, entered_face(axis, up), t};
-        else
-          hit = {WalkEnd::t_max, {}, kNoFace, ray.t_max};
-      } else if (batch.state[i] == kMissed) {
-        hit = {WalkEnd::t_max, {}, kNoFace, ray.t_max};
-      } else {
-        hit = walker_.first_set(ray);
-        ++done.exact;
-      }
-    }
+  const int32_t plane = start.axis < 0 ? 0 : start.plane - low[start.axis];
+  uint32_t unsure[kSlice];
+  for (size_t begin = 0; begin < rays.size(); begin += kSlice) {
+    const size_t count = std::min(kSlice, rays.size() - begin);
+    const size_t again = HWY_DYNAMIC_DISPATCH(walk)(view, rays.data() + begin, hits.data() + begin, count, start.axis,
+                                                    plane, unsure, done.steps);
+    for (size_t i = 0; i < again; ++i) hits[begin + unsure[i]] = walker_.first_set(rays[begin + unsure[i]]);
+    done.exact += again;
   }
   if (report) report->add(done);
 }
 
 void RayStream::any_set(std::span<const GridRay> rays, std::span<uint8_t> blocked, StreamReport* report) const {
-  GridHit hits[kBatch];
-  for (size_t begin = 0; begin < rays.size(); begin += kBatch) {
-    const size_t count = std::min(kBatch, rays.size() - begin);
+  constexpr size_t kPiece = 1024;
+  GridHit hits[kPiece];
+  for (size_t begin = 0; begin < rays.size(); begin += kPiece) {
+    const size_t count = std::min(kPiece, rays.size() - begin);
     first_set(rays.subspan(begin, count), std::span(hits, count), {}, report);
     for (size_t i = 0; i < count; ++i) blocked[begin + i] = hits[i].hit();
   }

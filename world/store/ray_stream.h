@@ -54,7 +54,10 @@ class RayStream {
   const MaskWalker& walker() const { return walker_; }
 
  private:
-  void first_set_packet(std::span<const GridRay> rays, std::span<GridHit> hits, StreamReport* report) const;
+  void walk_rest(const struct Packet& packet, uint64_t which, std::span<const GridRay> rays, std::span<GridHit> hits,
+                 StreamReport* report) const;
+  void first_set_packet(struct Packet& packet, struct SliceCache& cache, std::span<const GridRay> rays,
+                        std::span<GridHit> hits, StreamReport* report) const;
 
   const MaskVolume* volume_;
   BrickVolume bricks_;
