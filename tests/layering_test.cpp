@@ -83,7 +83,7 @@ struct Confined {
 };
 const std::vector<Confined> kConfined = {
     {"openvdb/", {"world/store/", "world/formats/vdb.cpp", "world/formats/vdb/", "tools/bench/rivals/", "tests/"}},
-    {"nanovdb/", {}},
+    {"nanovdb/", {"tools/bench/rivals/"}},
     {"embree3/", {"render/trace/", "tools/bench/rivals/"}},
     {"vulkan/", {"render/", "tests/render/"}},
     {"volk.h", {"render/"}},

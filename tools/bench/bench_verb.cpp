@@ -74,13 +74,15 @@ Result<int> bench_list(const Registry& registry, bool json) {
   if (json) {
     Json list = {{"rows", Json::array()}, {"subjects", Json::array()}};
     for (const auto& [suite, bench] : registry.rows())
-      list["rows"].push_back({{"suite", suite},
-                              {"name", bench.name},
-                              {"what", bench.what},
-                              {"unit", bench.unit},
-                              {"better", bench.better == Better::higher ? "higher" : "lower"},
-                              {"reach", bench.reach ? Json(bench.reach->value) : Json()},
-                              {"reach_origin", bench.reach ? Json(bench.reach->origin) : Json()}});
+      list["rows"].push_back(
+          {{"suite", suite},
+           {"name", bench.name},
+           {"what", bench.what},
+           {"unit", bench.unit},
+           {"better", bench.better == Better::higher ? "higher" : "lower"},
+           {"reach", bench.reach && !bench.reach->times_rival ? Json(bench.reach->value) : Json()},
+           {"reach_times_rival", bench.reach && bench.reach->times_rival ? Json(bench.reach->value) : Json()},
+           {"reach_origin", bench.reach ? Json(bench.reach->origin) : Json()}});
     for (const Subject& subject : registry.subjects())
       list["subjects"].push_back(
           {{"name", subject.name}, {"question", subject.question}, {"reference", subject.reference}});
@@ -89,10 +91,7 @@ Result<int> bench_list(const Registry& registry, bool json) {
   }
   std::vector<std::vector<std::string>> rows{{"benchmark", "unit", "reach", "what"}};
   for (const auto& [suite, bench] : registry.rows())
-    rows.push_back(
-        {suite + "/" + bench.name, bench.unit,
-         bench.reach ? (bench.better == Better::higher ? ">= " : "<= ") + number_text(bench.reach->value) : "",
-         bench.what});
+    rows.push_back({suite + "/" + bench.name, bench.unit, reach_text(bench.reach, bench.better), bench.what});
   std::vector<std::vector<std::string>> subjects{{"subject of pareto", "question"}};
   for (const Subject& subject : registry.subjects()) subjects.push_back({subject.name, subject.question});
   std::cout << table_text(rows) << '\n' << table_text(subjects);

@@ -91,6 +91,7 @@ enum class Clock { automatic /* thread time where threads == 1 */, wall, thread 
 struct Reach {
   double value = 0;
   std::string origin;
+  bool times_rival = false;  // of a reach: value is a ratio, to the best rival of the run
 };
 
 /// One of those who do the same work. NaN means that the run failed. The runner calls run() several times, and where
@@ -105,7 +106,8 @@ struct Contender {
 /// A row's inputs, ready to run.
 struct Prepared {
   Contender ours;
-  std::vector<Contender> rivals = {};  // the first is the row's rival; the others are printed after it
+  /// The first is the row's rival, or where the reach is in times_rival the best; the others are printed after it.
+  std::vector<Contender> rivals = {};
   /// Deterministic work of one call (faces, bytes, hashes as numbers), bit for bit the same in each run.
   std::function<std::map<std::string, double>()> counters = nullptr;
   /// Whether ours and the rivals give the same answer; an error fails the row.

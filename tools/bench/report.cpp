@@ -32,6 +32,15 @@ Json header_json(const Machine& machine, const RunOptions& options) {
 
 std::string threads_text(int threads) { return threads == 1 ? "a core" : fmt::format("{} threads", threads); }
 
+/// In the row's unit.
+Json reach_json(const RowResult& r) {
+  if (!r.reach) return {};
+  if (!r.reach->times_rival) return r.reach->value;
+  if (r.rivals.empty()) return {};
+  const double rival = r.rivals[0].value.median;
+  return number_or_null(r.better == Better::higher ? rival * r.reach->value : rival / r.reach->value);
+}
+
 Json row_json(const RowResult& r) {
   const bool rival = !r.rivals.empty();
   Json json = {{"suite", r.suite},
@@ -42,7 +51,7 @@ Json row_json(const RowResult& r) {
                {"rival", rival ? Json(r.rivals[0].name) : Json()},
                {"rival_value", rival ? number_or_null(r.rivals[0].value.median) : Json()},
                {"ratio", r.ratio ? number_or_null(r.ratio->median) : Json()},
-               {"reach", r.reach ? Json(r.reach->value) : Json()},
+               {"reach", reach_json(r)},
                {"met", r.met ? Json(*r.met) : Json()},
                {"what", r.what},
                {"threads", r.threads},
@@ -52,6 +61,7 @@ Json row_json(const RowResult& r) {
                {"ratio_spread", r.ratio ? spread_json(*r.ratio) : Json()},
                {"calls", r.calls},
                {"cpu_ms", number_or_null(r.cpu_ms)},
+               {"reach_times_rival", r.reach && r.reach->times_rival ? Json(r.reach->value) : Json()},
                {"reach_origin", r.reach ? Json(r.reach->origin) : Json()},
                {"limit", r.limit ? Json(r.limit->value) : Json()},
                {"limit_origin", r.limit ? Json(r.limit->origin) : Json()},
@@ -113,6 +123,12 @@ std::string number_text(double value) {
   if (size >= 10000 && size < 1e15)
     return (value < 0 ? "-" : "") + world::with_thousands(static_cast<unsigned long long>(std::llround(size)));
   return fmt::format("{:.4g}", value);
+}
+
+std::string reach_text(const std::optional<Reach>& reach, Better better) {
+  if (!reach) return "";
+  if (reach->times_rival) return ">= " + number_text(reach->value) + "x rival";
+  return (better == Better::higher ? ">= " : "<= ") + number_text(reach->value);
 }
 
 std::string table_text(const std::vector<std::vector<std::string>>& rows) {
@@ -182,8 +198,7 @@ std::string run_text(const std::vector<RowResult>& rows) {
     table.push_back({name, number_text(r.value.median), number_text(r.value.q1), number_text(r.value.q3), r.unit,
                      threads_text(r.threads), rival ? r.rivals[0].name : "",
                      rival ? number_text(r.rivals[0].value.median) : "", r.ratio ? number_text(r.ratio->median) : "",
-                     r.reach ? (r.better == Better::higher ? ">= " : "<= ") + number_text(r.reach->value) : "",
-                     r.met ? (*r.met ? "yes" : "NO") : ""});
+                     reach_text(r.reach, r.better), r.met ? (*r.met ? "yes" : "NO") : ""});
     for (size_t i = 1; i < r.rivals.size(); ++i)
       notes += fmt::format("{}: {} {} {}\n", name, r.rivals[i].name, number_text(r.rivals[i].value.median), r.unit);
     if (r.limit)

@@ -15,7 +15,9 @@ using Json = nlohmann::ordered_json;
 
 Json machine_json(const Machine& machine);
 /// {"machine", "commit", "quick", "rows": [{suite, name, value, unit, better, rival, rival_value, ratio, reach, met,
-/// ...}]} Absent values are null. `ratio` above 1 means better than the rival, whichever way `better` points.
+/// ...}]} Absent values are null. `ratio` above 1 means better than the rival, whichever way `better` points. Where a
+/// row must reach so many times its best rival, `reach_times_rival` is that number, and `reach` what it came to in
+/// `unit`.
 Json run_json(const Machine& machine, const RunOptions& options, const std::vector<RowResult>& rows);
 /// {"machine", "commit", "quick", "subjects": [{name, reference, metric, points: [{setting, error, bias, work, ms,
 /// spread}]}]}
@@ -29,6 +31,8 @@ std::string pareto_csv(const SubjectResult& subject);
 
 /// Four significant digits, thousands separated: 1.234, 12,345, 1.2e-07.
 std::string number_text(double value);
+/// ">= 5", "<= 5", or ">= 2x rival"; empty where there is none.
+std::string reach_text(const std::optional<Reach>& reach, Better better);
 /// Columns padded to their widest cell; numbers to the right. The first row is the head.
 std::string table_text(const std::vector<std::vector<std::string>>& rows);
 

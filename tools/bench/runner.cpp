@@ -102,16 +102,29 @@ Status measure_row(const Bench& bench, Prepared& prepared, const RunOptions& opt
 
   result.value = spread_of(values[0]);
   for (size_t i = 1; i < contenders.size(); ++i) result.rivals.push_back({contenders[i]->name, spread_of(values[i])});
-  if (contenders.size() > 1) {
+  const bool higher = bench.better == Better::higher, times_rival = bench.reach && bench.reach->times_rival;
+  if (times_rival) {
+    if (result.rivals.empty()) return world::input_error("the reach is a ratio to a rival, and the row has none");
+    const auto best = std::min_element(
+        result.rivals.begin(), result.rivals.end(), [&](const ContenderResult& a, const ContenderResult& b) {
+          if (std::isnan(a.value.median) || std::isnan(b.value.median)) return !std::isnan(a.value.median);
+          return higher ? a.value.median > b.value.median : a.value.median < b.value.median;
+        });
+    const auto index = best - result.rivals.begin();
+    std::rotate(result.rivals.begin(), best, best + 1);
+    std::rotate(values.begin() + 1, values.begin() + 1 + index, values.begin() + 2 + index);
+  }
+  if (!result.rivals.empty()) {
     std::vector<double> ratios;
     for (size_t i = 0; i < values[0].size(); ++i)
-      ratios.push_back(bench.better == Better::higher ? values[0][i] / values[1][i] : values[1][i] / values[0][i]);
+      ratios.push_back(higher ? values[0][i] / values[1][i] : values[1][i] / values[0][i]);
     result.ratio = spread_of(ratios);
   }
   if (std::isnan(result.value.median)) return world::input_error("a repetition failed");
-  if (bench.reach)
-    result.met = bench.better == Better::higher ? result.value.median >= bench.reach->value
-                                                : result.value.median <= bench.reach->value;
+  if (times_rival)
+    result.met = result.ratio->median >= bench.reach->value;
+  else if (bench.reach)
+    result.met = higher ? result.value.median >= bench.reach->value : result.value.median <= bench.reach->value;
   if (prepared.counters) result.counters = prepared.counters();
   return {};
 }

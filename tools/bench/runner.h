@@ -48,7 +48,7 @@ struct RowResult {
   /// points.
   std::optional<Spread> ratio;
   std::optional<Reach> reach, limit;
-  std::optional<bool> met;  // the median against the reach
+  std::optional<bool> met;  // the median, or that of the ratio, against the reach
   /// Processor time of one call of ours, all threads of this process: what a busy machine does not stretch much.
   double cpu_ms = 0;
   std::map<std::string, double> counters;

@@ -69,6 +69,7 @@ TEST(EveryBenchmark, RowsSayWhatTheyMeasureInWhichUnitAndWhereAReachComesFrom) {
       EXPECT_GT(number->value, 0);
       EXPECT_GE(number->origin.size(), 4u) << "a number to be met says where it comes from";
     }
+    EXPECT_FALSE(bench.limit && bench.limit->times_rival);
     // A rate is better the higher, a time the lower; the prefix of a rate's unit is its scale.
     if (bench.timing == Timing::rate) {
       EXPECT_EQ(bench.better, Better::higher);

@@ -5,6 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "tools/bench/report.h"
@@ -58,6 +59,37 @@ TEST(BenchRunner, RatioAboveOneIsBetterWhicheverWayBetterPoints) {
   BenchContext context(true, 1);
   EXPECT_DOUBLE_EQ(run_row(reported_row(8, Better::higher, {}, 2), context, brief()).ratio->median, 4);
   EXPECT_DOUBLE_EQ(run_row(reported_row(8, Better::lower, {}, 2), context, brief()).ratio->median, 0.25);
+}
+
+TEST(BenchRunner, ReachInTimesTheRivalIsARatioToTheBestOfThem) {
+  BenchContext context(true, 1);
+  const auto run = [&](double value, Better better, std::vector<double> rivals) {
+    Registry::Row row = reported_row(value, better, Reach{2, "twice the best", true});
+    row.bench.prepare = [=](BenchContext&) -> Result<Prepared> {
+      Prepared prepared{.ours = {"loam", [=] { return value; }}};
+      for (double rival : rivals) prepared.rivals.push_back({fmt::format("{}", rival), [=] { return rival; }});
+      return prepared;
+    };
+    return run_row(row, context, brief());
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const RowResult reached = run(10, Better::higher, {1, 5, nan, 3});
+  EXPECT_EQ(reached.met, true);
+  EXPECT_EQ(reached.ratio->median, 2);
+  ASSERT_EQ(reached.rivals.size(), 4u);
+  EXPECT_EQ(reached.rivals[0].name, "5");  // the best comes first, the others keep their order
+  EXPECT_EQ(reached.rivals[1].name, "1");
+  EXPECT_EQ(reached.rivals[3].name, "3");
+  EXPECT_EQ(run(9.9, Better::higher, {1, 5}).met, false);
+  EXPECT_EQ(run(1.5, Better::lower, {9, 3, 4}).met, true);
+  EXPECT_EQ(run(1.6, Better::lower, {9, 3, 4}).met, false);
+  EXPECT_EQ(run(10, Better::higher, {nan}).met, false);
+  EXPECT_NE(run(10, Better::higher, {}).error, "");
+
+  const Json json = Json::parse(run_json(this_machine(), brief(), {reached}).dump())["rows"][0];
+  EXPECT_EQ(json["reach"], 10);  // in the row's unit, as for other rows
+  EXPECT_EQ(json["reach_times_rival"], 2);
+  EXPECT_EQ(json["rival_value"], 5);
 }
 
 TEST(BenchRunner, OursAndRivalsInterleaveInAnOrderThatTheSeedFixes) {

@@ -8,6 +8,7 @@
 #include "render/extract/extractor.h"
 #include "render/extract/greedy.h"
 #include "tools/bench/benchmark.h"
+#include "tools/bench/world_copy.h"
 #include "world/gen/noise.h"
 
 namespace tools {
@@ -217,20 +218,8 @@ struct EditedWorld {
   size_t turn = 0;
   render::ExtractReport last;
 
-  explicit EditedWorld(const World& from) : world(*from.palette), subscriber(world.store.subscribe()) {
-    for (const world::RegionPos& r : from.store.regions()) {
-      if (r.x < -1 || r.x > 0 || r.z < -1 || r.z > 0) continue;
-      world::RegionBuilder builder(r);
-      for (int i = 0; i < world::kLeavesPerRegion; ++i) {
-        const world::LeafBlocks leaf = from.store.leaf(world::leaf_from_region(r) + world::leaf_offset_in_region(i));
-        if (leaf.values) {
-          builder.set_leaf(i, std::span<const BlockId, world::kLeafVoxels>(leaf.values, world::kLeafVoxels));
-        } else if (leaf.uniform != world::kAir) {
-          builder.set_uniform(i, leaf.uniform);
-        }
-      }
-      world.store.adopt(std::move(builder));
-    }
+  explicit EditedWorld(const World& from)
+      : world(copy_regions(from, {-1, INT32_MIN, -1}, {0, INT32_MAX, 0})), subscriber(world.store.subscribe()) {
     extractor.rebuild(world::WorldView(world), {});
     // The highest voxel of columns all over.
     const world::VoxelBox box = world.store.bounds();
