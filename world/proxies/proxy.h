@@ -1,0 +1,82 @@
+/// Shapes that stand for a block inside its voxel, finer than the grid: one file each, world/proxies/<name>.toml, which
+/// a block names as its `proxy`. Voxels keep the simulation; only what is seen, hit and shaded changes.
+///
+///   what = "A post with rails to what it joins"
+///   [[box]]                      solid, axis-aligned
+///   low = [0.375, 0, 0.375]      corners in the unit voxel, 0 <= low < high <= 1
+///   high = [0.625, 1, 0.625]
+///   joins = "+x"                 optional: there only where the neighbour on that side joins (see proxy_joins)
+///   [[quad]]                     flat, seen from both sides: corner, corner + u, corner + u + v, corner + v
+///   corner = [0.125, 0, 0.125]
+///   u = [0.75, 0, 0.75]
+///   v = [0, 1, 0]
+/// Coordinates are floats, so that shared planes are shared bit by bit, here, in a ray caster and on a GPU.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "world/base/errors.h"
+#include "world/blocks/block.h"
+#include "world/space/world_point.h"
+
+namespace world {
+
+constexpr int kAlways = -1;
+constexpr size_t kMostProxyParts = 32;
+
+struct ProxyBox {
+  Vec3f low{0}, high{1};
+  int joins = kAlways;  // the Face towards the neighbour that must join
+};
+
+/// A parallelogram; |u x v| > 0.
+struct ProxyQuad {
+  Vec3f corner{0}, u{0}, v{0};
+  int joins = kAlways;
+};
+
+struct Proxy {
+  std::string name, what;
+  std::vector<ProxyBox> boxes;
+  std::vector<ProxyQuad> quads;
+  uint8_t may_join = 0;  // bit f: some part is there only where Face f joins
+
+  bool has_part(int part_joins, uint8_t joins) const { return part_joins == kAlways || (joins >> part_joins & 1); }
+};
+
+/// All shapes of world/proxies, sorted by name.
+std::span<const Proxy> proxies();
+/// Null where there is none of that name.
+const Proxy* find_proxy(std::string_view name);
+Result<Proxy> read_proxy(const std::string& name, std::string_view text, const std::string& file_name);
+
+/// By block id: the shape, or null for the cube. Fails where a block names a proxy that there is none of; the message
+/// names both, and the nearest name there is.
+Result<std::vector<const Proxy*>> proxies_of(const BlockPalette& palette);
+
+/// Whether a block's shape reaches to a neighbour of this block: one of the same shape, or one that fills its voxel and
+/// lets no light through.
+bool joins_to(const Proxy& proxy, const Block& neighbour);
+
+/// Bit f: the neighbour across Face f joins. `block_at(VoxelPos)` gives a BlockId; it is asked only for sides on which
+/// the shape may join anything.
+template <class BlockAt>
+uint8_t proxy_joins(const Proxy& proxy, const BlockPalette& palette, VoxelPos voxel, BlockAt block_at) {
+  uint8_t joins = 0;
+  for (int f = 0; f < kFaces; ++f)
+    if ((proxy.may_join >> f & 1) && joins_to(proxy, palette[block_at(voxel + face_step(f))]))
+      joins = static_cast<uint8_t>(joins | 1 << f);
+  return joins;
+}
+
+/// One face of the shape as it is with these joins: corners counter-clockwise seen from its front; a quad has one face.
+struct ProxyFace {
+  Vec3f corner[4];
+};
+std::vector<ProxyFace> proxy_faces(const Proxy& proxy, uint8_t joins);
+
+}  // namespace world
