@@ -40,7 +40,8 @@ Shading::Shading(const world::Environment& environment, const world::BlockPalett
   for (size_t id = 0; id < palette.size(); ++id) {
     const world::Block& b = palette[static_cast<world::BlockId>(id)];
     const float emit = 1.0f / (6 * kPi);
-    materials[id] = {{b.albedo.r, b.albedo.g, b.albedo.b},
+    const world::Ratio3 scattered = b.albedo + b.glossy;
+    materials[id] = {{scattered.r, scattered.g, scattered.b},
                      {b.emission.r * emit, b.emission.g * emit, b.emission.b * emit}};
   }
 }

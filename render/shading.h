@@ -2,7 +2,8 @@
 ///
 ///   L = albedo/pi * (E_sky(face) + V * E_sun * max(0, n . s)) + P / (6 pi A)
 /// with V the sun's visibility, P the block's emission, A = 1 m^2 of a face: a Lambertian emitter of six faces radiates
-/// P = 6 * pi * A * L. source: chapter 14.9.2 (Lambertian scattering), 14.4 (units)
+/// P = 6 * pi * A * L. What a block reflects glossily or as a mirror counts as matte here: albedo is k_L + k_g. source:
+/// chapter 14.9.2 (Lambertian scattering), 14.4 (units)
 #pragma once
 
 #include <vector>
@@ -19,7 +20,7 @@ struct Shading {
   Rgb sun_lit[6];  // added where the sun is visible; 0 on faces turned away
   bool sun_faces[6];
   struct Material {
-    float albedo[3];
+    float albedo[3];   // matte and glossy
     float emitted[3];  // radiance
   };
   std::vector<Material> materials;  // by block id

@@ -30,6 +30,10 @@ struct Block {
   bool opaque = true;               // no light passes: it hides what is behind it
   Ratio3 albedo{0.5f, 0.5f, 0.5f};  // diffuse reflectance, each band in (0, 1)
   std::string bsdf = "lambert";
+  Ratio3 glossy;                            // k_g: glossy or mirrored, each band in [0, 1]; with albedo at most 1
+  float shininess = 0.5f;                   // 0 rough .. 1 smooth; a highlight's exponent is 8192^shininess
+  Ratio3 transmission;                      // passes a thin sheet, each band in [0, 1]; with albedo at most 1
+  float coverage = 1.0f;                    // the part of the surface that is there, in [0, 1]
   Power3 emission;                          // W emitted by the whole voxel, >= 0
   Absorption3 absorption;                   // 1/m, >= 0; of what light passes
   float index_of_refraction = 1.0f;         // >= 1

@@ -8,7 +8,12 @@
 ///   hardness_mohs = 6.5                        required; 0 to 10
 ///   phase = "solid"                            gas, liquid, granular or solid; solid where missing
 ///   opaque = true                              no light passes; true where missing
-///   bsdf = "lambert"                           by name; lambert where missing
+///   bsdf = "lambert"                           by name (render/bsdf); lambert where missing
+///   glossy = [0.04, 0.04, 0.04]                k_g, 0 to 1; with albedo, which is k_L, at most 1; where missing 0, but
+///                                              0.04 or what albedo leaves for blinn_phong
+///   shininess = 0.5                            0 (rough) to 1 (smooth): exponent 8192^shininess; 0.5 where missing
+///   transmission = [0, 0, 0]                   of a thin sheet, 0 to 1; with albedo at most 1; 0 where missing
+///   coverage = 1                               the part of the surface that is there, 0 to 1; 1 where missing
 ///   emission_w = [0, 0, 0]                     W of the whole voxel, >= 0; dark where missing
 ///   absorption_per_m = [0, 0, 0]               of light that passes, >= 0; only where opaque = false
 ///   index_of_refraction = 1.0                  1 to 5; 1 where missing
@@ -27,7 +32,9 @@ namespace world {
 namespace {
 
 constexpr std::string_view kPhaseNames[] = {"gas", "liquid", "granular", "solid"};
+constexpr float kUsualGlossy = 0.04f;  // what glass, plastic and most minerals mirror at normal incidence (index 1.5)
 constexpr NumberRange kAlbedoRange{.min = 0, .max = 1, .open_min = true, .open_max = true};
+constexpr NumberRange kShareRange{.min = 0, .max = 1};
 constexpr NumberRange kAtLeastZero{.min = 0};
 constexpr NumberRange kAboveZero{.min = 0, .open_min = true};
 constexpr NumberRange kRefractionRange{.min = 1, .max = 5};
@@ -57,9 +64,11 @@ Block air() {
 
 bool same(const Block& a, const Block& b) {
   return a.phase == b.phase && a.opaque == b.opaque && a.albedo == b.albedo && a.bsdf == b.bsdf &&
-         a.emission == b.emission && a.absorption == b.absorption && a.index_of_refraction == b.index_of_refraction &&
-         a.density == b.density && a.heat_capacity == b.heat_capacity && a.heat_conductivity == b.heat_conductivity &&
-         a.ignition == b.ignition && a.hardness == b.hardness && a.proxy == b.proxy;
+         a.glossy == b.glossy && a.shininess == b.shininess && a.transmission == b.transmission &&
+         a.coverage == b.coverage && a.emission == b.emission && a.absorption == b.absorption &&
+         a.index_of_refraction == b.index_of_refraction && a.density == b.density &&
+         a.heat_capacity == b.heat_capacity && a.heat_conductivity == b.heat_conductivity && a.ignition == b.ignition &&
+         a.hardness == b.hardness && a.proxy == b.proxy;
 }
 
 template <class Bands>
@@ -69,6 +78,15 @@ bool read_bands(TomlTable& table, std::string_view key, Bands& out, NumberRange 
   if (!(required ? table.require(key, values, range) : table.read(key, values, range))) return false;
   out = {bands[0], bands[1], bands[2]};
   return true;
+}
+
+/// What is wrong where albedo and `other` scatter more than arrives, or nothing. Decimals that add to 1 may round
+/// above.
+std::optional<std::string> exceeds_one(const Block& block, std::string_view property, Ratio3 other) {
+  const float most = (block.albedo + other).max();
+  if (most <= 1 + 1e-6f) return std::nullopt;
+  return "'albedo' and '" + std::string(property) + "' add up to " + number_text(most) +
+         " in a band, but must be at most 1: a surface can't scatter more than arrives";
 }
 
 Status check_value(const Block& block, const char* property, float value, const NumberRange& range) {
@@ -100,6 +118,16 @@ Block read_block(const std::string& name, TomlTable& table) {
   table.read("opaque", block.opaque);
   read_bands(table, "albedo", block.albedo, kAlbedoRange, true);
   table.read("bsdf", block.bsdf);
+  const bool has_glossy = read_bands(table, "glossy", block.glossy, kShareRange);
+  if (!has_glossy && block.bsdf == "blinn_phong") {
+    const auto left = [](float albedo) { return std::min(kUsualGlossy, 1 - albedo); };
+    block.glossy = {left(block.albedo.r), left(block.albedo.g), left(block.albedo.b)};
+  }
+  if (const auto wrong = exceeds_one(block, "glossy", block.glossy)) table.fail("glossy", *wrong);
+  table.read("shininess", block.shininess, kShareRange);
+  read_bands(table, "transmission", block.transmission, kShareRange);
+  if (const auto wrong = exceeds_one(block, "transmission", block.transmission)) table.fail("transmission", *wrong);
+  table.read("coverage", block.coverage, kShareRange);
   read_bands(table, "emission_w", block.emission, kAtLeastZero);
   if (read_bands(table, "absorption_per_m", block.absorption, kAtLeastZero) && block.opaque)
     table.fail("absorption_per_m", "'absorption_per_m' needs 'opaque = false': no light enters an opaque block");
@@ -128,6 +156,14 @@ uint8_t mask_bits(const Block& block) {
 Status check_block(const Block& block) {
   if (block.name.empty()) return input_error("a block has an empty name; give it one");
   TRY_STATUS(check_bands(block, "albedo", block.albedo, kAlbedoRange));
+  TRY_STATUS(check_bands(block, "glossy", block.glossy, kShareRange));
+  TRY_STATUS(check_bands(block, "transmission", block.transmission, kShareRange));
+  TRY_STATUS(check_value(block, "shininess", block.shininess, kShareRange));
+  TRY_STATUS(check_value(block, "coverage", block.coverage, kShareRange));
+  if (const auto wrong = exceeds_one(block, "glossy", block.glossy))
+    return input_error("block '" + block.name + "': " + *wrong);
+  if (const auto wrong = exceeds_one(block, "transmission", block.transmission))
+    return input_error("block '" + block.name + "': " + *wrong);
   TRY_STATUS(check_bands(block, "emission", block.emission, kAtLeastZero));
   TRY_STATUS(check_bands(block, "absorption", block.absorption, kAtLeastZero));
   TRY_STATUS(check_value(block, "index of refraction", block.index_of_refraction, kRefractionRange));
@@ -199,6 +235,12 @@ std::string toml_from_block(const Block& block) {
   row("opaque", block.opaque ? "true" : "false");
   bands("albedo", block.albedo);
   row("bsdf", "\"" + block.bsdf + "\"");
+  // Those of most blocks, left out, keep the text that older files hold.
+  const Block usual;
+  if (block.glossy != usual.glossy || block.bsdf == "blinn_phong") bands("glossy", block.glossy);
+  if (block.shininess != usual.shininess) row("shininess", number_text(block.shininess));
+  if (block.transmission != usual.transmission) bands("transmission", block.transmission);
+  if (block.coverage != usual.coverage) row("coverage", number_text(block.coverage));
   bands("emission_w", block.emission);
   if (!block.opaque) bands("absorption_per_m", block.absorption);
   row("index_of_refraction", number_text(block.index_of_refraction));

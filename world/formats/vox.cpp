@@ -8,13 +8,14 @@
 // because no real surface reflects nothing or everything and light transport needs the bounds.
 // Materials (MATL; the older MATT in the same words):
 //   _diffuse            opaque, lambert
-//   _metal              opaque, blinn_phong
+//   _metal              opaque, blinn_phong: the share _metal (1 where missing) of the colour is glossy, the rest
+//                       matte; shininess is 1 - _rough (0.1 where missing)
 //   _glass, _blend      not opaque, dielectric; _ri or 1 + _ior; one metre of it passes the colour, or the
 //                       share _alpha (_trans in later files) of everything where that is more
 //   _media              not opaque, a gas; extinction 10 * _d per metre, of which 1 - colour is absorbed
 //   _emit > 0           emits kEmittedWatts * _emit * 10^_flux * colour; the file has no unit, the scale is ours:
 //                       _emit = 1 at _flux 0 is the power of a lamp block
-// Not carried over: roughness and _g (no block property holds them yet). The order of the palette on the screen (IMAP),
+// Not carried over: _g, and _rough of other materials. The order of the palette on the screen (IMAP),
 // row names (NOTE) and cameras (rCAM) go to the metadata.
 #include "world/formats/vox.h"
 
@@ -91,7 +92,16 @@ Block make_block(const vox::File& file, int colour) {
   const vox::Dictionary& material = found->second;
   const std::string type = type_of(file, colour);
 
-  if (type == "_metal") block.bsdf = "blinn_phong";
+  if (type == "_metal") {
+    block.bsdf = "blinn_phong";
+    block.shininess = static_cast<float>(1 - std::clamp(number(material, "_rough", 0.1), 0.0, 1.0));
+    const float metal = static_cast<float>(std::clamp(number(material, "_metal", 1), 0.0, 1.0));
+    const Ratio3 colour = block.albedo;
+    const auto matte = [&](float band) { return std::max(band * (1 - metal), kMinAlbedo); };
+    block.albedo = {matte(colour.r), matte(colour.g), matte(colour.b)};
+    const auto rest = [](float band, float albedo) { return std::max(band - albedo, 0.0f); };
+    block.glossy = {rest(colour.r, block.albedo.r), rest(colour.g, block.albedo.g), rest(colour.b, block.albedo.b)};
+  }
   if (type == "_glass" || type == "_blend") {
     block.opaque = false;
     block.bsdf = "dielectric";

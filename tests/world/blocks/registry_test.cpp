@@ -37,6 +37,63 @@ TEST(BlockFile, SaysTheAllowedRangeOfEachValue) {
             "rock.toml:3:20: 'absorption_per_m' needs 'opaque = false': no light enters an opaque block");
 }
 
+TEST(BlockFile, WhatASurfaceScattersIsCheckedAndHasADefault) {
+  const auto with = [](const std::string& line) {
+    return error_of("[a]\nalbedo = [0.1, 0.2, 0.7]\n" + line + "\n" + kRest);
+  };
+  EXPECT_EQ(with("bsdf = 'blinn_phong'\nglossy = [0.9, 0.8, 0.3]\nshininess = 1\ncoverage = 0.5"), "");
+  EXPECT_EQ(with("glossy = [0.9, 0.8, -0.1]"), "rock.toml:3:21: 'glossy[2]' is -0.1, but must be in [0, 1]");
+  EXPECT_EQ(with("shininess = 1.5"), "rock.toml:3:13: 'shininess' is 1.5, but must be in [0, 1]");
+  EXPECT_EQ(with("coverage = -1"), "rock.toml:3:12: 'coverage' is -1, but must be in [0, 1]");
+  EXPECT_EQ(with("glossy = [0.5, 0.5, 0.5]"),
+            "rock.toml:3:10: 'albedo' and 'glossy' add up to 1.2 in a band, but must be at most 1: a surface can't "
+            "scatter more than arrives");
+  EXPECT_EQ(
+      with("transmission = [0.5, 0.5, 0.5]"),
+      "rock.toml:3:16: 'albedo' and 'transmission' add up to 1.2 in a band, but must be at most 1: a surface can't "
+      "scatter more than arrives");
+
+  BlockPalette palette;
+  const std::string text = std::string("[matte]\nalbedo = [0.1, 0.2, 0.3]\n") + kRest +
+                           "[shiny]\nbsdf = 'blinn_phong'\nalbedo = [0.1, 0.2, 0.98]\n" + kRest;
+  ASSERT_TRUE(add_blocks_from_toml(palette, text, "a.toml").ok());
+  const Block &matte = palette[*palette.find("matte")], &shiny = palette[*palette.find("shiny")];
+  EXPECT_EQ(matte.glossy, Ratio3{});
+  EXPECT_EQ(matte.coverage, 1);
+  EXPECT_EQ(shiny.glossy, (Ratio3{0.04f, 0.04f, 1 - 0.98f}));
+  EXPECT_TRUE(check_block(shiny).ok());
+}
+
+TEST(BlockFile, WhatASurfaceScattersReadsBackAsWritten) {
+  Block block;
+  block.name = "a";
+  block.bsdf = "blinn_phong";
+  block.albedo = {0.1f, 0.2f, 0.3f};
+  block.glossy = {0, 0, 0};  // not the default of its bsdf
+  block.shininess = 0.25f;
+  block.transmission = {0.5f, 0, 0.125f};
+  block.coverage = 0.75f;
+  BlockPalette palette;
+  ASSERT_TRUE(add_blocks_from_toml(palette, toml_from_block(block), "a.toml").ok());
+  const auto again = palette.add(block);
+  ASSERT_TRUE(again.ok()) << again.error().message << toml_from_block(block);
+  EXPECT_EQ(*again, 1);
+  block.coverage = 1;
+  EXPECT_FALSE(palette.add(block).ok()) << "a different block of that name";
+}
+
+TEST(BlockPalette, RefusesASurfaceThatScattersMoreThanArrives) {
+  BlockPalette palette;
+  Block block;
+  block.name = "a";
+  block.glossy = {0.6f, 0, 0};
+  const auto added = palette.add(block);
+  ASSERT_FALSE(added.ok());
+  EXPECT_EQ(added.error().message,
+            "block 'a': 'albedo' and 'glossy' add up to 1.1 in a band, but must be at most 1: a surface can't scatter "
+            "more than arrives");
+}
+
 TEST(BlockFile, ABlockDefinedTwiceIsAnErrorAndAddsNothing) {
   BlockPalette palette;
   const std::string text = std::string("[a]\nalbedo = [0.1, 0.2, 0.3]\n") + kRest;

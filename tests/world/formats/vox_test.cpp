@@ -282,7 +282,8 @@ TEST(Vox, MaterialsBecomeBlockProperties) {
   const Bytes bytes = vox_file(
       join({model(6, 1, 1, {{0, 0, 0, 1}, {1, 0, 0, 2}, {2, 0, 0, 3}, {3, 0, 0, 4}, {4, 0, 0, 5}, {5, 0, 0, 6}}),
             material(2, {{"_type", "_glass"}, {"_ior", "0.52"}}), material(3, {{"_type", "_media"}, {"_d", "0.2"}}),
-            material(4, {{"_type", "_emit"}, {"_emit", "0.5"}, {"_flux", "1"}}), material(5, {{"_type", "_metal"}}),
+            material(4, {{"_type", "_emit"}, {"_emit", "0.5"}, {"_flux", "1"}}),
+            material(5, {{"_type", "_metal"}, {"_metal", "0.75"}, {"_rough", "0.25"}}),
             material(6, {{"_type", "_slime"}})}));
   ImportReport report;
   const World world = world_from_vox(*vox::parse(bytes, "a"), "a", {}, report).value();
@@ -295,6 +296,9 @@ TEST(Vox, MaterialsBecomeBlockProperties) {
   EXPECT_EQ(block("vox:3").phase, Phase::gas);
   EXPECT_FLOAT_EQ(block("vox:4").emission.r, 0.5f * 10 * 3600 * block("vox:4").albedo.r);
   EXPECT_EQ(block("vox:5").bsdf, "blinn_phong");
+  EXPECT_FLOAT_EQ(block("vox:5").shininess, 0.75f);
+  EXPECT_FLOAT_EQ(block("vox:5").albedo.r, 0.25f * 0.98f);
+  EXPECT_FLOAT_EQ(block("vox:5").glossy.r, 0.75f * 0.98f);
   EXPECT_EQ(report.unmapped, (std::map<std::string, uint64_t>{{"material _slime", 1}}));
   const auto strict = world_from_vox(*vox::parse(bytes, "a"), "a", {.strict = true}, report);
   ASSERT_FALSE(strict);
