@@ -53,13 +53,18 @@ world::Status check_bsdfs(const world::BlockPalette& palette) {
   return {};
 }
 
-BsdfParameters bsdf_parameters(const world::Block& block, float index_outside, bool inside) {
+BsdfParameters bsdf_parameters(const world::Block& block, float index_outside, bool inside, uint32_t gloss) {
   BsdfParameters p;
   p.lambertian = bands(block.albedo);
-  p.glossy = bands(block.albedo);
-  // A sheet has the same medium on both sides.
-  const bool leaves = inside && block.bsdf != "thin";
-  p.eta = leaves ? index_outside / block.index_of_refraction : block.index_of_refraction / index_outside;
+  // A mirror has no matte part, and loses nothing to it.
+  p.glossy = bands(block.bsdf == "mirror" ? block.albedo + block.glossy : block.glossy);
+  p.smoothness = smoothness_from_shininess(block.shininess);
+  p.transmission = bands(block.transmission);
+  p.coverage = block.coverage;
+  p.gloss = gloss;
+  p.eta = inside ? index_outside / block.index_of_refraction : block.index_of_refraction / index_outside;
+  // A sheet has the same medium on both sides; one without an index, a leaf, has no smooth surface that mirrors.
+  if (block.bsdf == "thin") p.eta = block.index_of_refraction > 1 ? block.index_of_refraction / index_outside : 1;
   // A Lambertian emitter of six faces of A = 1 m^2 radiates P = 6 pi A L; the same as in render/shading.h.
   p.emission = bands(block.emission) * (1.0f / (6 * kBsdfPi));
   return p;

@@ -51,7 +51,8 @@ const Bsdf* find_bsdf(std::string_view name);
 world::Status check_bsdfs(const world::BlockPalette& palette);
 
 /// What a block's surface looks like from a medium of the given index of refraction outside. `inside`: seen from within
-/// the block.
-BsdfParameters bsdf_parameters(const world::Block& block, float index_outside, bool inside);
+/// the block. `gloss`: which lobe blinn_phong and coverage have, shared::kGloss... (render/bsdf/blinn_phong.shared.h).
+BsdfParameters bsdf_parameters(const world::Block& block, float index_outside, bool inside,
+                               uint32_t gloss = shared::kGlossFresnel);
 
 }  // namespace render

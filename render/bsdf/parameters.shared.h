@@ -6,15 +6,20 @@
 
 SHARED_NAMESPACE(render)
 
+/* The glossy lobe: one of the formulas in blinn_phong.shared.h. */
+SHARED_CONST uint kGlossExact = 0u;
+SHARED_CONST uint kGlossPublished = 1u;
+SHARED_CONST uint kGlossFresnel = 2u;
+
 struct BsdfParameters {
   vec3 lambertian SHARED_INIT(vec3(0));   /* k_L, (0, 1) by band: probability of matte scattering */
-  float smoothness SHARED_INIT(0);        /* s >= 0, the exponent of a glossy lobe */
+  float smoothness SHARED_INIT(0);        /* s, 0 .. 1e12, the exponent of a glossy lobe */
   vec3 glossy SHARED_INIT(vec3(0));       /* k_g, by band; k_L + k_g <= 1 */
-  float eta SHARED_INIT(1);               /* index of refraction beyond the surface over that on this side, > 0 */
+  float eta SHARED_INIT(1);               /* index of refraction beyond the surface over that on this side, 0.1 .. 10 */
   vec3 transmission SHARED_INIT(vec3(0)); /* t, by band: passes straight through a thin surface; k_L + t <= 1 */
   float coverage SHARED_INIT(1);          /* alpha, [0, 1]: the part of the surface that is there */
   vec3 emission SHARED_INIT(vec3(0));     /* W/(m^2 sr) that the surface sends out */
-  uint gloss SHARED_INIT(0u);             /* which glossy lobe: kGloss... of blinn_phong.shared.h */
+  uint gloss SHARED_INIT(0u);             /* which glossy lobe: kGloss... */
 };
 
 struct Impulse {

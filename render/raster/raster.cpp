@@ -6,6 +6,7 @@
 
 #include "render/extract/extractor.h"
 #include "render/raster/rasterizer.h"
+#include "render/bsdf/bsdf.h"
 
 namespace render {
 
@@ -51,6 +52,7 @@ class Raster : public RasterBackend {
     if (width < 1 || height < 1)
       return world::usage_error("a picture must be at least 1x1 pixel, not " + std::to_string(width) + "x" +
                                 std::to_string(height));
+    TRY_STATUS(check_bsdfs(view.palette()));
     // A lost device is made anew, with all that it held; three times in a row is a fault.
     for (int attempt = 0;; ++attempt) {
       auto frame = attempt_render(view, camera, knobs, width, height);

@@ -9,6 +9,7 @@
 
 #include "render/raycast/tile_beam.h"
 #include "render/shading.h"
+#include "render/bsdf/bsdf.h"
 #include "world/base/jobs.h"
 #include "world/store/mask_walk.h"
 
@@ -224,6 +225,7 @@ class RaycastBackend : public Backend {
   world::Result<Frame> render(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs, int width,
                               int height) override {
     TRY_STATUS(check(camera, knobs, width, height));
+    TRY_STATUS(check_bsdfs(view.palette()));
     const auto start = Clock::now();
     Frame frame{Image(width, height), {}};
     const Picture picture(view, camera, knobs, width, height, frame.image);

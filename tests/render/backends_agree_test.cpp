@@ -134,5 +134,19 @@ TEST_F(BackendsAgree, FromInsideABlock) {
   expect_agreement(w, "hills", {"inside glass", camera_at({}, {-29.5, 20.5, 20.5}, {1, -0.3, -0.2})});
 }
 
+TEST_F(BackendsAgree, ThatABlockWithAnUnknownBsdfIsAnError) {
+  world::World w;
+  world::Block chrome;
+  chrome.name = "chrome";
+  chrome.bsdf = "blin_phong";
+  ASSERT_TRUE(w.palette->add(chrome).ok());
+  const world::WorldView view(w);
+  for (Backend* backend : {static_cast<Backend*>(raster_.get()), raycast_.get()}) {
+    const auto drawn = backend->render(view, camera_at({}, {0, 0, 0}, {1, 0, 0}), {}, 16, 16);
+    ASSERT_FALSE(drawn.ok());
+    EXPECT_EQ(drawn.error().message, "block 'chrome': there is no bsdf 'blin_phong'; the nearest is 'blinn_phong'");
+  }
+}
+
 }  // namespace
 }  // namespace render

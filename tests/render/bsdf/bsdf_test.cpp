@@ -39,6 +39,45 @@ TEST(BsdfParameters, TheIndexIsThatBeyondOverThatOnThisSide) {
   EXPECT_FLOAT_EQ(bsdf_parameters(water, 1.52f, false).eta, 1.333f / 1.52f);
   water.bsdf = "thin";  // has the same medium on both sides
   EXPECT_FLOAT_EQ(bsdf_parameters(water, 1.0f, true).eta, 1.333f);
+  water.index_of_refraction = 1;  // a leaf's: nothing that mirrors, in air or in water
+  EXPECT_EQ(bsdf_parameters(water, 1.333f, false).eta, 1);
+}
+
+TEST(Bsdfs, EveryStandardBlockHasOneAndScattersNoMoreThanArrives) {
+  const world::BlockPalette& blocks = world::standard_blocks();
+  EXPECT_TRUE(check_bsdfs(blocks).ok());
+  const Vec3f n(0, 1, 0);
+  for (size_t id = 1; id < blocks.size(); ++id) {
+    const world::Block& block = blocks[static_cast<world::BlockId>(id)];
+    const BsdfParameters p = bsdf_parameters(block, 1.00029f, false);
+    for (const Vec3f& wo : {n, glm::normalize(Vec3f(1, 1, 0)), glm::normalize(Vec3f(0, 0.1f, 1))}) {
+      const Vec3f scattered = find_bsdf(block.bsdf)->probability_in(p, wo, n);
+      for (int band = 0; band < 3; ++band) EXPECT_LE(scattered[band], 1 + 1e-6f) << block.name;
+    }
+  }
+}
+
+TEST(BsdfParameters, GoldReflectsAsItsIndexOfRefractionTells) {
+  const world::BlockPalette& blocks = world::standard_blocks();
+  const BsdfParameters gold = bsdf_parameters(blocks[*blocks.find("gold_block")], 1, false);
+  const Vec3f n(0, 1, 0), seen = find_bsdf("blinn_phong")->probability_in(gold, n, n);
+  // |n - 1 + ik|^2 / |n + 1 + ik|^2 at 450, 550 and 650 nm: 0.386, 0.847, 0.940; bands are wide, so only their order.
+  EXPECT_GT(seen.x, 0.94f);
+  EXPECT_NEAR(seen.y, 0.78f, 0.02f);
+  EXPECT_NEAR(seen.z, 0.345f, 0.02f);
+}
+
+TEST(BsdfParameters, MoreShininessIsSmoother) {
+  world::Block block;
+  block.bsdf = "blinn_phong";
+  float before = 0;
+  for (const float shininess : {0.0f, 0.5f, 1.0f}) {
+    block.shininess = shininess;
+    const float s = bsdf_parameters(block, 1, false).smoothness;
+    EXPECT_GT(s, before);
+    before = s;
+  }
+  EXPECT_FLOAT_EQ(before, 8192);
 }
 
 TEST(BsdfParameters, ALampRadiatesItsPowerOverSixFaces) {
