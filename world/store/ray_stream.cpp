@@ -170,7 +170,8 @@ struct alignas(64) Lanes {
   int32_t base[3][kMostLanes], flip[3][kMostLanes], last[3][kMostLanes];
   float t_limit[kMostLanes];
   int32_t cell[2][3][kMostLanes], axis[2][kMostLanes];
-  int32_t leaf[kMostLanes], code[kMostLanes], word[kMostLanes];  // places of the codes and words of cell
+  // Of the cells to step from: the same not mirrored, the place of its leaf's code, the code, the place of its word.
+  int32_t grid[3][kMostLanes], leaf[kMostLanes], code[kMostLanes], word[kMostLanes];
   uint32_t ray[kMostLanes];
 };
 
@@ -193,11 +194,9 @@ HWY_INLINE I gather(const int32_t* from, const int32_t* at) {
 }
 
 /// The codes of all lanes, and where their words lie: asked for now, needed when the other groups have had their turn.
-HWY_INLINE void look_up(const BrickView& bricks, Lanes& lanes, int from) {
+HWY_INLINE void look_up(const BrickView& bricks, Lanes& lanes) {
   const Ints di;
-  const I gx = hn::Xor(hn::Load(di, lanes.cell[from][0]), hn::Load(di, lanes.flip[0]));
-  const I gy = hn::Xor(hn::Load(di, lanes.cell[from][1]), hn::Load(di, lanes.flip[1]));
-  const I gz = hn::Xor(hn::Load(di, lanes.cell[from][2]), hn::Load(di, lanes.flip[2]));
+  const I gx = hn::Load(di, lanes.grid[0]), gy = hn::Load(di, lanes.grid[1]), gz = hn::Load(di, lanes.grid[2]);
   const I code = gather(bricks.codes, lanes.leaf);
   // Of an empty leaf too: its code is the index of some word, whose bits are not looked at.
   const I word_in_leaf = hn::Or(hn::ShiftLeft<1>(hn::And(gx, hn::Set(di, 4))),
@@ -213,6 +212,7 @@ HWY_INLINE void find_leaves(const BrickView& bricks, Lanes& lanes, int from) {
   const I gx = hn::Xor(hn::Load(di, lanes.cell[from][0]), hn::Load(di, lanes.flip[0]));
   const I gy = hn::Xor(hn::Load(di, lanes.cell[from][1]), hn::Load(di, lanes.flip[1]));
   const I gz = hn::Xor(hn::Load(di, lanes.cell[from][2]), hn::Load(di, lanes.flip[2]));
+  hn::Store(gx, di, lanes.grid[0]), hn::Store(gy, di, lanes.grid[1]), hn::Store(gz, di, lanes.grid[2]);
   const I column = hn::Add(hn::Mul(hn::ShiftRight<3>(gx), hn::Set(di, bricks.leaves_z)), hn::ShiftRight<3>(gz));
   hn::Store(hn::Add(hn::Mul(column, hn::Set(di, bricks.leaves_y)), hn::ShiftRight<3>(gy)), di, lanes.leaf);
   for (size_t lane = 0; lane < hn::Lanes(di); ++lane) __builtin_prefetch(bricks.codes + lanes.leaf[lane]);
@@ -226,8 +226,7 @@ HWY_INLINE Ended step(const BrickView& bricks, Lanes& lanes, int from) {
   const I one = hn::Set(di, 1), three = hn::Set(di, 3);
   const I cx = hn::Load(di, lanes.cell[from][0]), cy = hn::Load(di, lanes.cell[from][1]),
           cz = hn::Load(di, lanes.cell[from][2]);
-  const I gx = hn::Xor(cx, hn::Load(di, lanes.flip[0])), gy = hn::Xor(cy, hn::Load(di, lanes.flip[1])),
-          gz = hn::Xor(cz, hn::Load(di, lanes.flip[2]));
+  const I gx = hn::Load(di, lanes.grid[0]), gy = hn::Load(di, lanes.grid[1]), gz = hn::Load(di, lanes.grid[2]);
   const I code = hn::Load(di, lanes.code), word = gather(bricks.words, lanes.word);
   const I bit =
       hn::Or(hn::ShiftLeft<3>(hn::And(gx, three)), hn::Or(hn::ShiftLeft<2>(hn::And(gy, one)), hn::And(gz, three)));
@@ -389,7 +388,7 @@ size_t walk(const BrickView& bricks, const GridRay* rays, GridHit* hits, size_t 
     }
   };
   while (active) {
-    for (Lanes& lanes : group) look_up(bricks, lanes, from);
+    for (Lanes& lanes : group) look_up(bricks, lanes);
     for (Lanes& lanes : group) {
       const Ended ended = step(bricks, lanes, from);
       if (ended.any) refill(lanes, ended);
