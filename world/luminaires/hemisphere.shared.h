@@ -41,7 +41,8 @@ SHARED EmitterPhoton hemisphere_emit(SHARED_IN(Emitter) e, real2 u, real2 v, rea
 
 /* Column and row in [0, 1] of an image. */
 SHARED real2 hemisphere_sky_from_direction(SHARED_IN(Emitter) e, real3 direction) {
-  real column = 0.5 + atan(dot(direction, e.right), dot(direction, e.up)) / (2.0 * kEmitterPi);
+  real x = dot(direction, e.right), y = dot(direction, e.up);
+  real column = x == 0.0 && y == 0.0 ? real(0.5) : 0.5 + atan(x, y) / (2.0 * kEmitterPi);
   return real2(column, acos(clamp(dot(direction, e.axis), -1.0, 1.0)) / kEmitterPi);
 }
 

@@ -1,10 +1,11 @@
-/// What luminaire.cpp, which reads, and sampler.cpp, which samples, know of the members in common.
+/// What luminaire.cpp, which reads, sampler.cpp, which samples, and a device that does so itself know in common.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <string_view>
 
+#include "world/luminaires/emitter.shared.h"
 #include "world/luminaires/luminaire.h"
 
 namespace world {
@@ -14,6 +15,10 @@ struct LuminaireKind {
   uint32_t keys;  // kKey... of emitter.shared.h
 };
 std::span<const LuminaireKind> luminaire_members();
+
+/// What the formulas take of it: the frame made orthonormal, cones as parts of the sphere. Of a mesh without a
+/// triangle.
+shared::Emitter emitter_from(const Luminaire& luminaire);
 
 constexpr double kUsualClamp = 0.01;  // m: radius_m of a point that names none
 // Such that no quotient of them leaves a float's range.

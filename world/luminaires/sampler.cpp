@@ -64,6 +64,23 @@ Vec3d vector_of(const Bands& b) {
   return {b.r, b.g, b.b};
 }
 
+/// Between the centres of cells, straight; beyond the outer ones the border's value, or black.
+Vec3d value_between(const LightImage& image, double x, double y, bool wraps, bool black_border) {
+  const double fx = std::floor(x), fy = std::floor(y), tx = x - fx, ty = y - fy;
+  const auto at = [&](int64_t column, int64_t row) -> Vec3d {
+    if (wraps) column = (column % image.width + image.width) % image.width;
+    const int64_t c = std::clamp<int64_t>(column, 0, image.width - 1),
+                  r = std::clamp<int64_t>(row, 0, image.height - 1);
+    if (black_border && (c != column || r != row)) return Vec3d(0);
+    return vector_of(image.pixels[static_cast<size_t>(r * image.width + c)]);
+  };
+  const auto c = static_cast<int64_t>(fx), r = static_cast<int64_t>(fy);
+  return (1 - ty) * ((1 - tx) * at(c, r) + tx * at(c + 1, r)) + ty * ((1 - tx) * at(c, r + 1) + tx * at(c + 1, r + 1));
+}
+double mean_of(const Vec3d& v) { return (v.x + v.y + v.z) / 3; }
+
+}  // namespace
+
 Emitter emitter_from(const Luminaire& l) {
   Emitter e{};
   e.axis = safe_normalize(Vec3d(l.axis), {0, -1, 0});
@@ -85,23 +102,6 @@ Emitter emitter_from(const Luminaire& l) {
   e.at_infinity = l.at_infinity, e.whole_sphere = l.whole_sphere, e.uniform_area = l.uniform_area;
   return e;
 }
-
-/// Between the centres of cells, straight; beyond the outer ones the border's value, or black.
-Vec3d value_between(const LightImage& image, double x, double y, bool wraps, bool black_border) {
-  const double fx = std::floor(x), fy = std::floor(y), tx = x - fx, ty = y - fy;
-  const auto at = [&](int64_t column, int64_t row) -> Vec3d {
-    if (wraps) column = (column % image.width + image.width) % image.width;
-    const int64_t c = std::clamp<int64_t>(column, 0, image.width - 1),
-                  r = std::clamp<int64_t>(row, 0, image.height - 1);
-    if (black_border && (c != column || r != row)) return Vec3d(0);
-    return vector_of(image.pixels[static_cast<size_t>(r * image.width + c)]);
-  };
-  const auto c = static_cast<int64_t>(fx), r = static_cast<int64_t>(fy);
-  return (1 - ty) * ((1 - tx) * at(c, r) + tx * at(c + 1, r)) + ty * ((1 - tx) * at(c, r + 1) + tx * at(c + 1, r + 1));
-}
-double mean_of(const Vec3d& v) { return (v.x + v.y + v.z) / 3; }
-
-}  // namespace
 
 std::span<const LuminaireKind> luminaire_members() {
   static const std::vector<LuminaireKind> kinds = [] {
