@@ -82,6 +82,32 @@ TEST(LightFiles, WhatIsWrongIsToldWithTheLuminairesPlace) {
   }
 }
 
+TEST(LightFiles, AMeshEmitterGetsTheTrianglesOfItsFile) {
+  const world::TemporaryFolder folder;
+  std::ofstream(folder / "lamp.obj") << "v 0 0 0\nv 2 0 0\nv 2 0 1\nv 0 0 1\nf 1 2 3 4\n";
+  std::ofstream(folder / "flat.obj") << "v 0 0 0\nv 2 0 0\nv 4 0 0\nf 1 2 3\n";
+  Luminaire l;
+  l.name = l.kind = "mesh", l.radiance = {1, 1, 1}, l.where = "scene.toml:7:1";
+  l.mesh_file = folder / "lamp.obj";
+  world::World world = with(l);
+  const world::Status status = load_light_files(world);
+  ASSERT_TRUE(status.ok()) << status.error().message;
+  const auto sampler = world::LuminaireSampler::make(world.luminaires[0]);
+  ASSERT_TRUE(sampler.ok());
+  EXPECT_FLOAT_EQ(sampler->surface_area(), 2);
+  EXPECT_FLOAT_EQ(sampler->total_power().g, 2 * 3.14159265f);
+  // Its corners run counter-clockwise seen from below.
+  EXPECT_TRUE(sampler->meet({1, -1, 0.5}, {0, 1, 0}));
+  EXPECT_FALSE(sampler->meet({1, 1, 0.5}, {0, -1, 0}));
+  for (const char* name : {"flat.obj", "none.obj"}) {
+    l.mesh_file = folder / name;
+    world::World wrong = with(l);
+    const world::Status refused = load_light_files(wrong);
+    ASSERT_FALSE(refused.ok()) << name;
+    EXPECT_EQ(refused.error().message.rfind("scene.toml:7:1: ", 0), 0u) << refused.error().message;
+  }
+}
+
 /// The irradiance of a sky on six faces, by importance sampling, is that of a plain sum over the pixels. 4 sigma, and
 /// 1e-3 for values between pixels.
 TEST(LightFiles, ARealSkyLightsAPlaneAsTheSumOfItsPixelsDoes) {

@@ -3,9 +3,10 @@
  *   L = Phi / (pi A),   A = pi radius^2;   on the axis E = pi L radius^2 / (radius^2 + height^2)
  * A receiver a radius or more away from all of it samples uniform points: M = L cos(theta_light) A / r^2 <= pi L.
  * Nearer, uniform directions of the square around the disk, of which those beside the disk bring nothing: M <= 2 pi L,
- * where points would give any value. With uniform_area always points. source  chapter 14.11.4. A map of the disk itself
- * (Guillen and others. Area-Preserving Parameterizations for Spherical Ellipses. 2017) needs an elliptic integral
- * inverted for each sample. */
+ * where points would give any value. With uniform_area always points.
+ *
+ * source  chapter 14.11.4. A map of the disk itself (Guillen and others. Area-Preserving Parameterizations for
+ * Spherical Ellipses. 2017) needs an elliptic integral inverted for each sample. */
 #ifndef LOAM_DISK_SHARED_H
 #define LOAM_DISK_SHARED_H
 #include "world/luminaires/rectangle.shared.h"

@@ -1,7 +1,7 @@
 /* What every kind of luminaire answers, and the geometry that several of them need. Not a kind itself.
  *
  * An Emitter is a luminaire without its colour: shape, frame and directional profile. Positions are relative to the
- * luminaire's own. <kind>.shared.h defines five functions and its keys, which luminaire.cpp and a shader list by name:
+ * luminaire's own. <kind>.shared.h defines five functions and its keys, which sampler.cpp and a shader list by name:
  *
  *   uint            <kind>_keys()                          what a scene may say of it, and which colour scales it
  *   real            <kind>_area(e)                         m^2; 0: a point, kAtInfinity: at no place
@@ -30,7 +30,7 @@ using real3 = glm::dvec3;
 SHARED_CONST real kAtInfinity = std::numeric_limits<double>::infinity();
 SHARED_CONST real kSmallestSquare = 1e-300, kLargestSquare = 1e300; /* of a length that can be normalized */
 SHARED_CONST real kSmallestHeight = 1e-140;                         /* m over a panel; below, its square is lost */
-SHARED_CONST real kSmallestSolidAngle = 1e-8; /* below, a sum of four angles less 2 pi has lost 1e-7 of itself */
+SHARED_CONST real kSmallestSolidAngle = 1e-8; /* below, a sum of four angles less 2 pi has lost 4e-7 of itself */
 SHARED_CONST real kEmitterPi = 3.14159265358979323846;
 #else
 #define real float

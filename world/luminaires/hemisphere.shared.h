@@ -5,7 +5,9 @@
  *   column = 1/2 + atan2(d . right, d . up) / (2 pi),   row = acos(d . axis) / pi,   in [0, 1), rows from the top
  * so `up` lies in the middle of the picture, right = cross(up, axis) to its right, as seen from inside. With the
  * default axis +y and up +z the left edge is -z, a quarter of the width +x, the middle +z: Mitsuba's `envmap` without a
- * transform. Without whole_sphere the lower half of the picture is not used.
+ * transform, but that the centres of its outer rows are the poles themselves: at most half a row away.
+ * Without whole_sphere the lower half of the picture is not used.
+ *
  * source  chapter 14.11.5, whose dome of finite size this is as its radius grows */
 #ifndef LOAM_HEMISPHERE_SHARED_H
 #define LOAM_HEMISPHERE_SHARED_H

@@ -2,7 +2,7 @@
  * counter-clockwise.
  *
  *   L = Phi / (pi sum of areas): the same everywhere
- * The functions here are of one triangle with all of the power. luminaire.cpp picks triangles by their area, so that
+ * The functions here are of one triangle with all of the power. sampler.cpp picks triangles by their area, so that
  * points are uniform on the whole. Near a triangle M has no bound: panels that touch walls are better rectangles.
  * source  chapter 14.11.4; hard cases L8, L9 */
 #ifndef LOAM_MESH_SHARED_H

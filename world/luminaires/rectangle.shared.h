@@ -5,7 +5,7 @@
  * 2 pi L however near the receiver is (next to a wall that meets its edge: pi L); uniform points (uniform_area, the
  * chapter's randomPoint) are cheaper and have no such bound. Below kSmallestSolidAngle both are the same, and points
  * are drawn.
- * error   of Omega: absolute 2e-15 sr, so relative 2e-7 at worst. In the panel's own plane and behind it exactly 0.
+ * error   of Omega: absolute 4e-15 sr, so relative 4e-7 at worst. In the panel's own plane and behind it exactly 0.
  * source  chapter 14.11.4; Urena, Fajardo, King. An Area-Preserving Parametrization for Spherical Rectangles. 2013.
  *         Ours: corner angles by atan2 instead of acos, which loses half of the digits at grazing angles. */
 #ifndef LOAM_RECTANGLE_SHARED_H

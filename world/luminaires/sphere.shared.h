@@ -3,7 +3,7 @@
  *   L = Phi / (pi A) = Phi / (4 pi^2 R^2);   wholly above the horizon E = pi L (R / d)^2 cos(theta), as of an omni
  * Directions are drawn uniformly from the cone that it covers, sin(half angle) = R / d, so M = L 4 pi sin^2(half/2) has
  * no noise of its own. Whoever is inside sees its radiance all around; Phi is what leaves it outwards.
- * error   of the cone: relative 4e-16 at any distance (1 - cos of a small angle would cancel)
+ * error   of the cone: relative 7e-16 at any distance (1 - cos of a small angle would cancel)
  * source  chapter 14.11.6 names it; Pharr, Jakob, Humphreys. Physically Based Rendering, 4th edition. 2023, section
  *         6.2.4; hard cases L2 to L4 */
 #ifndef LOAM_SPHERE_SHARED_H

@@ -3,8 +3,10 @@
  *
  *   M = Phi / (4 pi (a.x + a.y r + a.z r^2)),   r = 0 at infinity
  * (0, 0, 1) is physics; at infinity Phi is what an omni 1 m away would need where a.x = 1. Nearer than `radius` it
- * grows no further. Photons have only one falloff: they go as those of a = (0, 0, 1). source  chapter 14.11.9. There
- * the cone's test has the light vector's sign reversed; here the cone lies around the axis, as in the spot light. */
+ * grows no further. Photons have only one falloff: they go as those of a = (0, 0, 1).
+ *
+ * source  chapter 14.11.9. There the cone's test has the light vector's sign reversed; here the cone lies around the
+ *         axis, as in the spot light. */
 #ifndef LOAM_UNIFIED_POINT_SHARED_H
 #define LOAM_UNIFIED_POINT_SHARED_H
 #include "world/luminaires/spot.shared.h"

@@ -5,7 +5,10 @@
 #include <gtest/gtest.h>
 
 #include "world/base/random.h"
+#include "world/luminaires/kinds.h"
 #include "world/luminaires/luminaire.h"
+#include "world/luminaires/rectangle.shared.h"
+#include "world/luminaires/sphere.shared.h"
 
 namespace world {
 namespace {
@@ -62,6 +65,62 @@ TEST(ClosedForms, ARectangleOverAParallelPlane) {
               << by_area << " at " << height << ", " << x << ", " << y;
         }
   }
+}
+
+/// The same sum in long double, whose own error is 1e-18. Stated in rectangle.shared.h: 4e-15.
+TEST(ClosedForms, SolidAnglesOfRectanglesAreRightToTheStatedError) {
+  double worst = 0;
+  for (int i = 0; i < 100000; ++i) {
+    const auto magnitude = [&](int salt) {
+      const uint64_t bits = random_bits(8, i, salt, 0);
+      return std::pow(10, 12 * uniform01_double(bits) - 6) * (bits & 1 ? 1 : -1);
+    };
+    const Vec3d low(magnitude(0), magnitude(1), 0);
+    const glm::dvec2 high(low.x + std::abs(magnitude(2)), low.y + std::abs(magnitude(3)));
+    const double height = std::abs(magnitude(4));
+    const auto angle = [&](long double x, long double y, long double product) {
+      return std::atan2(height * std::sqrt(x * x + y * y + static_cast<long double>(height) * height), product);
+    };
+    const long double x0 = low.x, y0 = low.y, x1 = high.x, y1 = high.y;
+    const long double exact = angle(x1, y0, x1 * y0) + angle(x1, y1, -x1 * y1) + angle(x0, y1, x0 * y1) +
+                              angle(x0, y0, -x0 * y0) - 2 * std::acos(-1.0L);
+    const double seen = shared::spherical_rectangle({low.x, low.y}, high, height).solid_angle;
+    worst = std::max(worst, static_cast<double>(std::abs(seen - exact)));
+  }
+  EXPECT_LE(worst, 4e-15);
+}
+
+/// Far off, just above the solid angle below which points are drawn, uniform directions are uniform points still.
+TEST(ClosedForms, DirectionsToASmallRectangleAreEvenlySpread) {
+  Luminaire l = of_kind("rectangle");
+  l.radiance = {1, 1, 1}, l.extent = {1, 2};
+  const LuminaireSampler sampler = made(l);
+  const Vec3d axis(l.axis), up(l.up), right = glm::cross(up, axis);
+  for (const double distance : {3e3, 1.4e4})  // 2e-7 and 1.02e-8 sr
+    for (const Vec2f& u : {Vec2f(0.01f, 0.02f), Vec2f(0.25f, 0.75f), Vec2f(0.9f, 0.4f)}) {
+      // In double, as a float direction is too coarse from there.
+      const shared::EmitterSample s =
+          shared::rectangle_sample(emitter_from(l), distance * axis + 5.0 * right, glm::dvec2(u));
+      ASSERT_GT(1 / s.pdf, 1e-8);
+      const Vec3d point = distance * axis + 5.0 * right + s.distance * s.direction;
+      EXPECT_NEAR(glm::dot(point, right), u.x - 0.5, 2e-3) << distance;
+      EXPECT_NEAR(glm::dot(point, up), 2 * (u.y - 0.5), 2e-3) << distance;
+    }
+}
+
+/// Stated in sphere.shared.h: 7e-16, at any distance.
+TEST(ClosedForms, ConesOfSpheresAreRightToTheStatedError) {
+  shared::Emitter e{};
+  double worst = 0;
+  for (int i = 0; i < 100000; ++i) {
+    const auto unit = [&](int salt) { return uniform01_double(random_bits(10, i, salt, 0)); };
+    e.radius = std::pow(10, 12 * unit(0) - 6);
+    const double d = e.radius * (1 + std::pow(10, 30 * unit(1) - 15));
+    const long double r = e.radius, sine = r / d, cosine = std::sqrt((d - r) * (d + r)) / d;
+    const long double exact = sine * sine / (2 * (1 + cosine));
+    worst = std::max(worst, static_cast<double>(std::abs(shared::sphere_cone(e, d) / exact - 1)));
+  }
+  EXPECT_LE(worst, 7e-16);
 }
 
 TEST(ClosedForms, ADiskOverAParallelPlaneOnAndBesideItsAxis) {
