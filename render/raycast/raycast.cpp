@@ -7,11 +7,10 @@
 
 #include <fmt/format.h>
 
-#include "render/raycast/tile_beam.h"
 #include "render/shading.h"
 #include "render/bsdf/bsdf.h"
 #include "world/base/jobs.h"
-#include "world/store/mask_walk.h"
+#include "world/store/ray_stream.h"
 
 namespace render {
 
@@ -19,13 +18,16 @@ namespace {
 
 using world::BlockId;
 using world::GridAxes;
+using world::GridHit;
 using world::GridRay;
 using world::MaskKind;
 using world::MaskWalker;
+using world::RayStream;
 using world::VoxelPos;
+using world::WalkEnd;
 using world::WalkPlace;
 
-constexpr int kTile = 16, kQuad = 8;
+constexpr int kTile = 8;                // 64 pixels: a packet of rays
 constexpr int kLargestPicture = 16384;  // pixels a side, as the rasterizer's
 
 using Clock = std::chrono::steady_clock;
@@ -42,26 +44,20 @@ struct Spent {
   }
 };
 
-struct PixelHit {
-  VoxelPos voxel;
-  int face = world::kNoFace;  // kNoFace: sky
-  double t = 0;
-  Vec3d direction;
-};
-
 /// One picture: what all threads read.
 class Picture {
  public:
-  Picture(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs, int width, int height,
-          Image& image)
+  Picture(const world::WorldView& view, const RayStream& occupied, const RayStream& opaque, const Camera& camera,
+          const RenderKnobs& knobs, int width, int height, Image& image)
       : view_(view),
         camera_(camera.position),
         rays_(camera, width, height),
         knobs_(knobs),
-        occupied_(view.masks(MaskKind::occupied)),
-        opaque_(view.masks(MaskKind::opaque)),
+        occupied_rays_(occupied),
+        opaque_rays_(opaque),
+        occupied_(occupied.walker()),
+        opaque_(opaque.walker()),
         shading_(view.environment(), view.palette()),
-        sun_(GridRay(camera.position, view.environment().sun_direction)),
         in_bounds_(occupied_.in_bounds(camera.position.voxel)),
         inside_(occupied_.volume().test(camera.position.voxel)),
         image_(image) {}
@@ -89,62 +85,47 @@ class Picture {
 
   void render_tile(world::StoreReader& reader, int x0, int y0, Spent& spent) const {
     const int x1 = std::min(x0 + kTile, image_.width), y1 = std::min(y0 + kTile, image_.height);
-    PixelHit hits[kTile * kTile];
+    const int columns = x1 - x0, count = columns * (y1 - y0);
+    GridRay rays[kTile * kTile];
+    GridHit hits[kTile * kTile];
     bool sunlit[kTile * kTile];
     LeafCache blocks{reader};
 
     auto start = Clock::now();
-    const TileBeam tile = beam(x0, y0, x1, y1, {});
-    for (int qy = y0; qy < y1; qy += kQuad)
-      for (int qx = x0; qx < x1; qx += kQuad) {
-        const int ex = std::min(qx + kQuad, x1), ey = std::min(qy + kQuad, y1);
-        const TileBeam quad = tile.nothing ? tile : beam(qx, qy, ex, ey, tile);
-        for (int y = qy; y < ey; ++y)
-          for (int x = qx; x < ex; ++x) cast(quad, x, y, blocks, hits[(y - y0) * kTile + x - x0]);
-      }
+    for (int i = 0; i < count; ++i) {
+      GridRay& ray = rays[i];
+      ray = {camera_, rays_.direction(x0 + i % columns + 0.5, y0 + i / columns + 0.5)};
+      // The limit in t: the camera's rays have unit depth, not unit length.
+      ray.t_max = std::min(knobs_.view_distance / glm::length(ray.direction), std::numeric_limits<double>::max());
+    }
+    if (inside_)
+      for (int i = 0; i < count; ++i) hits[i] = cast_from_inside(rays[i], blocks);
+    else
+      occupied_rays_.first_set_coherent({rays, size_t(count)}, {hits, size_t(count)});
     spent.primary_ms += ms_since(start);
 
     start = Clock::now();
     std::fill(std::begin(sunlit), std::end(sunlit), true);
-    if (knobs_.sun_shadow == SunShadow::ray)
-      for (int qy = y0; qy < y1; qy += kQuad)
-        for (int qx = x0; qx < x1; qx += kQuad)
-          cast_shadows(x0, y0, qx, qy, std::min(qx + kQuad, x1), std::min(qy + kQuad, y1), hits, sunlit, spent);
+    if (knobs_.sun_shadow == SunShadow::ray) cast_shadows(rays, hits, count, sunlit, spent);
     spent.shadow_ms += ms_since(start);
 
     start = Clock::now();
-    for (int y = y0; y < y1; ++y)
-      for (int x = x0; x < x1; ++x) {
-        const int i = (y - y0) * kTile + x - x0;
-        const PixelHit& hit = hits[i];
-        image_.at(x, y) = hit.face == world::kNoFace
-                              ? sky_radiance(view_.environment(), hit.direction.y / glm::length(hit.direction))
-                              : shading_.face_radiance(blocks.get(hit.voxel), hit.face, sunlit[i]);
-      }
+    for (int i = 0; i < count; ++i) {
+      const Vec3d& direction = rays[i].direction;
+      image_.at(x0 + i % columns, y0 + i / columns) =
+          hits[i].hit() ? shading_.face_radiance(blocks.get(hits[i].voxel), hits[i].face, sunlit[i])
+                        : sky_radiance(view_.environment(), direction.y / glm::length(direction));
+    }
     spent.shade_ms += ms_since(start);
   }
 
-  TileBeam beam(int x0, int y0, int x1, int y1, const TileBeam& parent) const {
-    return inside_ ? TileBeam{} : tile_beam(occupied_, camera_, rays_, x0, y0, x1, y1, parent);
-  }
-
-  void cast(const TileBeam& beam, int x, int y, LeafCache& blocks, PixelHit& hit) const {
-    hit.direction = rays_.direction(x + 0.5, y + 0.5);
-    if (beam.nothing) return;
-    // The limit in t: the camera's rays have unit depth, not unit length.
-    double t_limit = std::min(knobs_.view_distance / glm::length(hit.direction), std::numeric_limits<double>::max());
-    const GridAxes axes(GridRay(camera_, hit.direction));
+  GridHit cast_from_inside(const GridRay& ray, LeafCache& blocks) const {
+    double t_limit = ray.t_max;
+    const GridAxes axes(ray);
     WalkPlace place{camera_.voxel, 0, -1};
-    if (!in_bounds_ && !occupied_.clip(axes, place, t_limit)) return;
-    if (beam.axis >= 0) {
-      const double t = axes.t_at(beam.axis, beam.plane);
-      if (!(t <= t_limit)) return;
-      if (t > place.t) world::mask_walk::cross(axes, place, beam.axis, t, beam.plane);
-    }
-    if (inside_ ? !leave_block(axes, place, t_limit, blocks) : !occupied_.find(axes, place, t_limit)) return;
-    hit.voxel = place.voxel;
-    hit.t = place.t;
-    hit.face = world::entered_face(place.axis, axes.upwards[place.axis] != 0);
+    if (!in_bounds_ && !occupied_.clip(axes, place, t_limit)) return {WalkEnd::t_max};
+    if (!leave_block(axes, place, t_limit, blocks)) return {WalkEnd::t_max};
+    return {WalkEnd::hit, place.voxel, world::entered_face(place.axis, axes.upwards[place.axis] != 0), place.t};
   }
 
   /// From a start inside a block to the first visible face. Full leaves of opaque blocks are left in one step.
@@ -162,44 +143,28 @@ class Picture {
     }
   }
 
-  /// Shadow rays of the pixels [qx, ex) x [qy, ey) of the tile at (x0, y0).
-  void cast_shadows(int x0, int y0, int qx, int qy, int ex, int ey, const PixelHit* hits, bool* sunlit,
-                    Spent& spent) const {
-    int todo[kQuad * kQuad], count = 0;
-    world::VoxelBox starts;
-    for (int y = qy; y < ey; ++y)
-      for (int x = qx; x < ex; ++x) {
-        const int i = (y - y0) * kTile + x - x0;
-        if (hits[i].face == world::kNoFace || !shading_.sun_faces[hits[i].face]) continue;
-        todo[count++] = i;
-        starts.include(hits[i].voxel + world::face_step(hits[i].face));
-      }
-    if (count == 0) return;
-    spent.shadow_rays += static_cast<uint64_t>(count);
-    const FreePlane free = free_plane(opaque_, starts, view_.environment().sun_direction);
-    for (int k = 0; k < count; ++k) sunlit[todo[k]] = sun_visible(hits[todo[k]], free);
-  }
-
-  bool sun_visible(const PixelHit& hit, const FreePlane& free) const {
-    GridRay primary(camera_, hit.direction);
-    const GridRay ray = world::ray_from_surface(primary, {world::WalkEnd::hit, hit.voxel, hit.face, hit.t},
-                                                view_.environment().sun_direction);
-    GridAxes axes = sun_;
-    for (int a = 0; a < 3; ++a) axes.origin[a] = ray.voxel[a], axes.fraction[a] = ray.fraction[a];
-    axes.settle_fractions();
-    WalkPlace place{ray.voxel, 0, -1};
-    double t_limit = std::min(std::numeric_limits<double>::max(), axes.t_at(free.axis, free.plane));
-    return (!opaque_.in_bounds(ray.voxel) && !opaque_.clip(axes, place, t_limit)) ||
-           !opaque_.find(axes, place, t_limit);
+  void cast_shadows(const GridRay* rays, const GridHit* hits, int count, bool* sunlit, Spent& spent) const {
+    GridRay to_sun[kTile * kTile];
+    GridHit met[kTile * kTile];
+    int pixel[kTile * kTile];
+    size_t sent = 0;
+    for (int i = 0; i < count; ++i) {
+      if (!hits[i].hit() || !shading_.sun_faces[hits[i].face]) continue;
+      pixel[sent] = i;
+      to_sun[sent++] = world::ray_from_surface(rays[i], hits[i], view_.environment().sun_direction);
+    }
+    opaque_rays_.first_set_coherent({to_sun, sent}, {met, sent});
+    for (size_t k = 0; k < sent; ++k) sunlit[pixel[k]] = !met[k].hit();
+    spent.shadow_rays += sent;
   }
 
   const world::WorldView& view_;
   world::WorldPoint camera_;
   PixelRays rays_;
   const RenderKnobs& knobs_;
-  MaskWalker occupied_, opaque_;
+  const RayStream &occupied_rays_, &opaque_rays_;
+  const MaskWalker &occupied_, &opaque_;
   Shading shading_;
-  GridAxes sun_;    // direction only
   bool in_bounds_;  // the camera is within the regions that hold anything
   bool inside_;     // the camera is in a block
   Image& image_;
@@ -228,7 +193,9 @@ class RaycastBackend : public Backend {
     TRY_STATUS(check_bsdfs(view.palette()));
     const auto start = Clock::now();
     Frame frame{Image(width, height), {}};
-    const Picture picture(view, camera, knobs, width, height, frame.image);
+    const RayStream& occupied = rays_.stream(view.store(), MaskKind::occupied);
+    const RayStream& opaque = rays_.stream(view.store(), MaskKind::opaque);
+    const Picture picture(view, occupied, opaque, camera, knobs, width, height, frame.image);
     const double prepare_ms = ms_since(start);
     Spent total;
     std::mutex adding;
@@ -244,12 +211,15 @@ class RaycastBackend : public Backend {
     // Threads' times, scaled to their share of the picture's.
     const double sum = total.primary_ms + total.shadow_ms + total.shade_ms;
     const double share = sum > 0 ? (report.ms - prepare_ms) / sum : 0;
-    report.passes = {{"prepare", prepare_ms}, {"primary", total.primary_ms * share}};
+    report.passes = {{"prepare", prepare_ms, 0, rays_.bytes()}, {"primary", total.primary_ms * share}};
     if (knobs.sun_shadow == SunShadow::ray) report.passes.push_back({"sun_shadow", total.shadow_ms * share});
     report.passes.push_back({"shade", total.shade_ms * share});
     report.device = fmt::format("CPU, {} thread{}", world::thread_count(), world::thread_count() == 1 ? "" : "s");
     return frame;
   }
+
+ private:
+  world::StoreRays rays_;
 };
 
 }  // namespace

@@ -464,5 +464,27 @@ void RayStream::any_set(std::span<const GridRay> rays, std::span<uint8_t> blocke
   }
 }
 
+const RayStream& StoreRays::stream(const Store& store, MaskKind kind) {
+  if (store_ != store.identity()) {
+    for (auto& stream : streams_) stream.reset();
+    store_ = store.identity();
+    subscriber_ = store.subscribe();
+  }
+  const std::vector<LeafPos> dirty = store.take_dirty(subscriber_);
+  if (!dirty.empty())
+    for (auto& stream : streams_)
+      if (stream) stream->update(dirty);
+  auto& stream = streams_[static_cast<size_t>(kind)];
+  if (!stream) stream = std::make_unique<RayStream>(store.masks(kind));
+  return *stream;
+}
+
+size_t StoreRays::bytes() const {
+  size_t total = 0;
+  for (const auto& stream : streams_)
+    if (stream) total += stream->bricks().bytes();
+  return total;
+}
+
 }  // namespace world
 #endif

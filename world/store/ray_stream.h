@@ -13,10 +13,12 @@
 ///        Arithmetic and Fast Robust Geometric Predicates. 1997
 #pragma once
 
+#include <memory>
 #include <span>
 
 #include "world/store/brick_volume.h"
 #include "world/store/mask_walk.h"
+#include "world/store/store.h"
 
 namespace world {
 
@@ -62,6 +64,19 @@ class RayStream {
   const MaskVolume* volume_;
   BrickVolume bricks_;
   MaskWalker walker_;
+};
+
+/// The streams of one store's masks, which follow its edits. Belongs to one thread; what stream() gave may be cast from
+/// by all until the next call.
+class StoreRays {
+ public:
+  const RayStream& stream(const Store& store, MaskKind kind);
+  size_t bytes() const;
+
+ private:
+  uint64_t store_ = 0;  // identity of the store followed
+  int subscriber_ = 0;
+  std::unique_ptr<RayStream> streams_[kMaskKinds];
 };
 
 }  // namespace world
