@@ -28,7 +28,7 @@ struct ProxyHit {
   bool inside = false;  // the ray leaves the union of the boxes
 };
 
-/// The first meeting with 0 <= t <= t_max of the shape in `voxel`; `joins` as of proxy_joins.
+/// The first meeting with 0 <= t <= t_max of the shape in `voxel`; `joins` (0..63) as of BlockShapes::joins_at.
 ///
 /// A ray from a surface starts at (voxel, hit.point), with `from` the part of that hit. On a box it starts in the
 /// face's plane exactly: leaving, it does not meet that face, or another box's in the same plane; entering, it is

@@ -20,10 +20,6 @@ constexpr std::array<std::string_view, kFaces> kSides = {"-x", "+x", "-y", "+y",
 
 std::span<float> values(Vec3f& v) { return {&v.x, 3}; }
 
-void read_joins(TomlTable& table, int& joins, Proxy& proxy) {
-  if (table.read_choice("joins", joins, kSides)) proxy.may_join = static_cast<uint8_t>(proxy.may_join | 1 << joins);
-}
-
 void read_box(TomlTable& table, Proxy& proxy) {
   ProxyBox box;
   const bool low = table.require("low", values(box.low), kInVoxel);
@@ -34,7 +30,7 @@ void read_box(TomlTable& table, Proxy& proxy) {
         table.fail("high", "each coordinate of high must be larger than that of low");
         break;
       }
-  read_joins(table, box.joins, proxy);
+  table.read_choice("joins", box.joins, kSides);
   proxy.boxes.push_back(box);
 }
 
@@ -53,11 +49,31 @@ void read_quad(TomlTable& table, Proxy& proxy) {
     if (!(glm::length(glm::cross(quad.u, quad.v)) > 1e-6f))
       table.fail("v", "u and v must span an area: they have no length or one direction");
   }
-  read_joins(table, quad.joins, proxy);
+  table.read_choice("joins", quad.joins, kSides);
   proxy.quads.push_back(quad);
 }
 
 }  // namespace
+
+void Proxy::finish() {
+  may_join = 0, bounds.clear(), frames.clear();
+  for (const ProxyBox& box : boxes)
+    if (box.joins != kAlways) may_join = static_cast<uint8_t>(may_join | 1 << box.joins);
+  for (const ProxyQuad& quad : quads) {
+    if (quad.joins != kAlways) may_join = static_cast<uint8_t>(may_join | 1 << quad.joins);
+    const Vec3d u(quad.u), v(quad.v), normal = cross(u, v);
+    const double square = dot(normal, normal);
+    frames.push_back({normal, cross(v, normal) / square, cross(normal, u) / square});
+  }
+  for (int joins = 0; joins < 64; ++joins) {
+    Bounds all{Vec3f(2), Vec3f(-2)};
+    for (const ProxyFace& face : proxy_faces(*this, static_cast<uint8_t>(joins)))
+      for (const Vec3f& corner : face.corner) all.low = min(all.low, corner), all.high = max(all.high, corner);
+    for (int a = 0; a < 3; ++a)
+      if (!quads.empty()) all.low[a] -= 0x1p-12f, all.high[a] += 0x1p-12f;
+    bounds.push_back(all);
+  }
+}
 
 Result<Proxy> read_proxy(const std::string& name, std::string_view text, const std::string& file_name) {
   TRY(TomlDocument document, TomlDocument::parse(text, file_name));
@@ -71,6 +87,7 @@ Result<Proxy> read_proxy(const std::string& name, std::string_view text, const s
   if (proxy.boxes.size() + proxy.quads.size() > kMostProxyParts)
     root.fail({}, "a proxy has at most " + std::to_string(kMostProxyParts) + " boxes and quads");
   TRY_STATUS(document.finish());
+  proxy.finish();
   return proxy;
 }
 
@@ -96,24 +113,22 @@ const Proxy* find_proxy(std::string_view name) {
   return nullptr;
 }
 
-Result<std::vector<const Proxy*>> proxies_of(const BlockPalette& palette) {
-  std::vector<const Proxy*> shapes(palette.size(), nullptr);
+Result<BlockShapes> block_shapes(const BlockPalette& palette) {
+  BlockShapes shapes;
   for (size_t id = 0; id < palette.size(); ++id) {
     const Block& block = palette[static_cast<BlockId>(id)];
-    if (block.proxy.empty()) continue;
-    shapes[id] = find_proxy(block.proxy);
-    if (shapes[id]) continue;
-    const auto nearest = std::min_element(proxies().begin(), proxies().end(), [&](const Proxy& a, const Proxy& b) {
-      return edit_distance(block.proxy, a.name) < edit_distance(block.proxy, b.name);
-    });
-    return input_error("block '" + block.name + "' has the proxy '" + block.proxy +
-                       "', which there is none of; did you mean '" + nearest->name + "'?");
+    const Proxy* shape = block.proxy.empty() ? nullptr : find_proxy(block.proxy);
+    if (!shape && !block.proxy.empty()) {
+      const auto nearest = std::min_element(proxies().begin(), proxies().end(), [&](const Proxy& a, const Proxy& b) {
+        return edit_distance(block.proxy, a.name) < edit_distance(block.proxy, b.name);
+      });
+      return input_error("block '" + block.name + "' has the proxy '" + block.proxy +
+                         "', which there is none of; did you mean '" + nearest->name + "'?");
+    }
+    shapes.shape.push_back(shape);
+    shapes.fills.push_back(!shape && block.opaque);
   }
   return shapes;
-}
-
-bool joins_to(const Proxy& proxy, const Block& neighbour) {
-  return neighbour.proxy == proxy.name || (neighbour.proxy.empty() && neighbour.opaque);
 }
 
 std::vector<ProxyFace> proxy_faces(const Proxy& proxy, uint8_t joins) {

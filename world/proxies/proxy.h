@@ -5,7 +5,7 @@
 ///   [[box]]                      solid, axis-aligned
 ///   low = [0.375, 0, 0.375]      corners in the unit voxel, 0 <= low < high <= 1
 ///   high = [0.625, 1, 0.625]
-///   joins = "+x"                 optional: there only where the neighbour on that side joins (see proxy_joins)
+///   joins = "+x"                 optional: there only where the neighbour on that side joins (see BlockShapes::joins)
 ///   [[quad]]                     flat, seen from both sides: corner, corner + u, corner + u + v, corner + v
 ///   corner = [0.125, 0, 0.125]
 ///   u = [0.75, 0, 0.75]
@@ -43,9 +43,20 @@ struct Proxy {
   std::string name, what;
   std::vector<ProxyBox> boxes;
   std::vector<ProxyQuad> quads;
-  uint8_t may_join = 0;  // bit f: some part is there only where Face f joins
 
-  bool has_part(int part_joins, uint8_t joins) const { return part_joins == kAlways || (joins >> part_joins & 1); }
+  // Derived by finish() from the parts.
+  uint8_t may_join = 0;  // bit f: some part is there only where Face f joins
+  struct Bounds {
+    Vec3f low, high;  // of all parts; 2^-12 wider where those are flat, so that rounding loses no quad
+  };
+  std::vector<Bounds> bounds;  // by joins, 64
+  struct Frame {
+    Vec3d normal, along_u, along_v;  // normal = u x v; p - corner has the coordinates dot(p, along_u), dot(p, along_v)
+  };
+  std::vector<Frame> frames;  // by quad
+
+  void finish();
+  static bool has_part(int part_joins, uint8_t joins) { return part_joins == kAlways || (joins >> part_joins & 1); }
 };
 
 /// All shapes of world/proxies, sorted by name.
@@ -54,24 +65,28 @@ std::span<const Proxy> proxies();
 const Proxy* find_proxy(std::string_view name);
 Result<Proxy> read_proxy(const std::string& name, std::string_view text, const std::string& file_name);
 
-/// By block id: the shape, or null for the cube. Fails where a block names a proxy that there is none of; the message
-/// names both, and the nearest name there is.
-Result<std::vector<const Proxy*>> proxies_of(const BlockPalette& palette);
+/// What stands in the voxels of a palette's blocks.
+struct BlockShapes {
+  std::vector<const Proxy*> shape;  // by block id; null: the cube
+  std::vector<uint8_t> fills;       // by block id; 1: a cube that lets no light through
 
-/// Whether a block's shape reaches to a neighbour of this block: one of the same shape, or one that fills its voxel and
-/// lets no light through.
-bool joins_to(const Proxy& proxy, const Block& neighbour);
-
-/// Bit f: the neighbour across Face f joins. `block_at(VoxelPos)` gives a BlockId; it is asked only for sides on which
-/// the shape may join anything.
-template <class BlockAt>
-uint8_t proxy_joins(const Proxy& proxy, const BlockPalette& palette, VoxelPos voxel, BlockAt block_at) {
-  uint8_t joins = 0;
-  for (int f = 0; f < kFaces; ++f)
-    if ((proxy.may_join >> f & 1) && joins_to(proxy, palette[block_at(voxel + face_step(f))]))
-      joins = static_cast<uint8_t>(joins | 1 << f);
-  return joins;
-}
+  /// Whether a shape reaches to a neighbour of this block: one of the same shape, or one that fills its voxel.
+  bool joins(const Proxy& proxy, BlockId neighbour) const {
+    return shape[neighbour] == &proxy || (fills[neighbour] != 0);
+  }
+  /// Bit f: the neighbour across Face f joins. `block_at(VoxelPos)` gives a BlockId; it is asked only for sides on
+  /// which the shape may join anything.
+  template <class BlockAt>
+  uint8_t joins_at(const Proxy& proxy, VoxelPos voxel, BlockAt block_at) const {
+    uint8_t all = 0;
+    for (int f = 0; f < kFaces; ++f)
+      if ((proxy.may_join >> f & 1) && joins(proxy, block_at(voxel + face_step(f))))
+        all = static_cast<uint8_t>(all | 1 << f);
+    return all;
+  }
+};
+/// Fails where a block names a proxy that there is none of; the message names both, and the nearest name there is.
+Result<BlockShapes> block_shapes(const BlockPalette& palette);
 
 /// One face of the shape as it is with these joins: corners counter-clockwise seen from its front; a quad has one face.
 struct ProxyFace {

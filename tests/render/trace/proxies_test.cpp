@@ -24,18 +24,19 @@ double random_at(int i, int k) { return world::uniform01_double(world::random_bi
 Proxy box_proxy(std::vector<ProxyBox> boxes) {
   Proxy proxy;
   proxy.boxes = std::move(boxes);
+  proxy.finish();
   return proxy;
 }
 
 /// The unit box cut at these planes of each axis.
 Proxy cut_box(std::vector<float> cuts) {
   cuts.insert(cuts.begin(), 0.0f), cuts.push_back(1.0f);
-  Proxy proxy;
+  std::vector<ProxyBox> boxes;
   for (size_t x = 0; x + 1 < cuts.size(); ++x)
     for (size_t y = 0; y + 1 < cuts.size(); ++y)
       for (size_t z = 0; z + 1 < cuts.size(); ++z)
-        proxy.boxes.push_back({{cuts[x], cuts[y], cuts[z]}, {cuts[x + 1], cuts[y + 1], cuts[z + 1]}});
-  return proxy;
+        boxes.push_back({{cuts[x], cuts[y], cuts[z]}, {cuts[x + 1], cuts[y + 1], cuts[z + 1]}});
+  return box_proxy(boxes);
 }
 
 WorldPoint in_voxel(const Vec3d& p) { return WorldPoint::from(kVoxel.x + p.x, kVoxel.y + p.y, kVoxel.z + p.z); }
@@ -189,6 +190,7 @@ TEST(IntersectProxy, QuadsThatShareAnEdgeLetNoRayThroughAndAreSeenFromBothSides)
   Proxy roof;
   roof.quads = {{{0, 0, 0}, {0.5f, 0.7f, 0.1f}, {0, 0.1f, 0.8f}},
                 {{0.5f, 0.7f, 0.1f}, {0.4f, -0.6f, 0}, {0, 0.1f, 0.8f}}};
+  roof.finish();
   const Vec3d ridge(0.5f, 0.7f, 0.1f), along(0, 0.1f, 0.8f);
   for (int i = 0; i < 20000; ++i) {
     const Vec3d target = ridge + random_at(i, 0) * along;

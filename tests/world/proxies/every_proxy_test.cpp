@@ -27,12 +27,12 @@ TEST(EveryProxy, IsNamedByItsFileAndSaysWhatItIs) {
 }
 
 TEST(EveryProxy, IsThereForEachBlockThatNamesOne) {
-  const auto shapes = proxies_of(standard_blocks());
+  const auto shapes = block_shapes(standard_blocks());
   ASSERT_TRUE(shapes.ok()) << shapes.error().message;
-  ASSERT_EQ(shapes->size(), standard_blocks().size());
-  for (size_t id = 0; id < shapes->size(); ++id) {
+  ASSERT_EQ(shapes->shape.size(), standard_blocks().size());
+  for (size_t id = 0; id < shapes->shape.size(); ++id) {
     const std::string& name = standard_blocks()[static_cast<BlockId>(id)].proxy;
-    EXPECT_EQ((*shapes)[id] ? (*shapes)[id]->name : "", name);
+    EXPECT_EQ(shapes->shape[id] ? shapes->shape[id]->name : "", name);
   }
 }
 
@@ -60,6 +60,19 @@ TEST(EveryProxy, FacesLieInTheVoxelAndThoseOfABoxLookOutwards) {
     }
 }
 
+TEST(EveryProxy, BoundsHoldAllPartsThatAreThere) {
+  for (const Proxy& proxy : proxies()) {
+    ASSERT_EQ(proxy.bounds.size(), 64u);
+    for (int joins = 0; joins < 64; ++joins)
+      for (const ProxyFace& face : proxy_faces(proxy, static_cast<uint8_t>(joins)))
+        for (const Vec3f& corner : face.corner)
+          for (int a = 0; a < 3; ++a) {
+            EXPECT_LE(proxy.bounds[joins].low[a], corner[a]) << proxy.name;
+            EXPECT_GE(proxy.bounds[joins].high[a], corner[a]) << proxy.name;
+          }
+  }
+}
+
 TEST(EveryProxy, PartsThatJoinReachTheirSideOfTheVoxel) {
   for (const Proxy& proxy : proxies())
     for (const ProxyBox& box : proxy.boxes) {
@@ -74,7 +87,7 @@ TEST(Proxy, AFenceJoinsFencesAndSolidBlocksBesideItOnly) {
   const BlockPalette& blocks = standard_blocks();
   const Proxy& fence = *find_proxy("fence");
   const auto joins = [&](const char* neighbour, int face) {
-    return proxy_joins(fence, blocks, {5, 5, 5}, [&](VoxelPos v) {
+    return block_shapes(blocks)->joins_at(fence, {5, 5, 5}, [&](VoxelPos v) {
       return v == VoxelPos{5, 5, 5} + face_step(face) ? *blocks.find(neighbour) : kAir;
     });
   };
@@ -113,7 +126,7 @@ TEST(Proxy, BadOnesAreOneSentenceThatSaysWhere) {
   Block block;
   block.name = "odd", block.proxy = "fenc";
   ASSERT_TRUE(palette.add(block).ok());
-  const auto shapes = proxies_of(palette);
+  const auto shapes = block_shapes(palette);
   ASSERT_FALSE(shapes.ok());
   EXPECT_NE(shapes.error().message.find("'odd'"), std::string::npos);
   EXPECT_NE(shapes.error().message.find("'fence'"), std::string::npos);
