@@ -113,10 +113,9 @@ void add_corners(const render::ExtractedChunk& chunk, std::vector<Vec3f>& corner
     }
 }
 
-/// A committed scene of rectangles, four corners each.
-RTCScene scene_of(RTCDevice device, std::span<const Vec3f> corners, EmbreeShape shape, RTCBuildQuality quality) {
-  RTCScene scene = rtcNewScene(device);
-  rtcSetSceneBuildQuality(scene, quality);
+/// Puts rectangles into a scene, four corners each.
+void add_rectangles(RTCDevice device, RTCScene scene, std::span<const Vec3f> corners, EmbreeShape shape,
+                    RTCBuildQuality quality) {
   const bool quads = shape == EmbreeShape::quads;
   RTCGeometry geometry = rtcNewGeometry(device, quads ? RTC_GEOMETRY_TYPE_QUAD : RTC_GEOMETRY_TYPE_TRIANGLE);
   rtcSetGeometryBuildQuality(geometry, quality);
@@ -134,12 +133,28 @@ RTCScene scene_of(RTCDevice device, std::span<const Vec3f> corners, EmbreeShape 
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(scene, geometry);
   rtcReleaseGeometry(geometry);
+}
+
+/// A committed scene of them.
+RTCScene scene_of(RTCDevice device, std::span<const Vec3f> corners, EmbreeShape shape, RTCBuildQuality quality) {
+  RTCScene scene = rtcNewScene(device);
+  rtcSetSceneBuildQuality(scene, quality);
+  add_rectangles(device, scene, corners, shape, quality);
   rtcCommitScene(scene);
   return scene;
 }
 
-/// The voxel behind the face: faces lie in integer planes, and rays come from outside.
-RayAnswer answer_one(RTCScene scene, RTCIntersectContext& context, const BenchRay& ray) {
+void add_instance(RTCDevice device, RTCScene into, RTCScene shape, const Vec3f& offset) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
+  rtcSetGeometryInstancedScene(geometry, shape);
+  const float transform[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, offset.x, offset.y, offset.z};
+  rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, transform);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(into, geometry);
+  rtcReleaseGeometry(geometry);
+}
+
+RTCRayHit trace_one(RTCScene scene, RTCIntersectContext& context, const BenchRay& ray) {
   RTCRayHit one;
   RTCRay& r = one.ray;
   r.org_x = static_cast<float>(ray.voxel.x) + ray.fraction.x,
@@ -149,11 +164,17 @@ RayAnswer answer_one(RTCScene scene, RTCIntersectContext& context, const BenchRa
   r.tnear = kNear, r.tfar = INFINITY, r.time = 0, r.mask = ~0u, r.flags = 0;
   reset_hit(one.hit);
   rtcIntersect1(scene, &context, &one);
+  return one;
+}
+
+/// The voxel behind the face: faces lie in integer planes, and rays come from outside.
+RayAnswer answer_one(RTCScene scene, RTCIntersectContext& context, const BenchRay& ray) {
+  const RTCRayHit one = trace_one(scene, context, ray);
   RayAnswer answer{one.hit.geomID != RTC_INVALID_GEOMETRY_ID, {}};
   const float normal[3] = {std::abs(one.hit.Ng_x), std::abs(one.hit.Ng_y), std::abs(one.hit.Ng_z)};
   const int axis = normal[0] > normal[1] ? (normal[0] > normal[2] ? 0 : 2) : (normal[1] > normal[2] ? 1 : 2);
   for (int a = 0; a < 3 && answer.hit; ++a) {
-    const double at = double(ray.voxel[a]) + ray.fraction[a] + double(r.tfar) * ray.direction[a];
+    const double at = double(ray.voxel[a]) + ray.fraction[a] + double(one.ray.tfar) * ray.direction[a];
     answer.voxel[a] = static_cast<int>(a != axis              ? std::floor(at)
                                        : ray.direction[a] > 0 ? std::round(at)
                                                               : std::round(at) - 1);
@@ -177,10 +198,18 @@ struct EmbreeRays::State {
   std::atomic<int64_t> bytes{0};
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
+  std::vector<RTCScene> shapes;
   ~State() {
     if (scene) rtcReleaseScene(scene);
+    for (RTCScene shape : shapes) rtcReleaseScene(shape);
     if (device) rtcReleaseDevice(device);
   }
+  void make_device() {
+    device = rtcNewDevice(nullptr);
+    CHECK(device);
+    rtcSetDeviceMemoryMonitorFunction(device, count_bytes, &bytes);
+  }
+  void check() const { CHECK_EQ(static_cast<int>(rtcGetDeviceError(device)), static_cast<int>(RTC_ERROR_NONE)); }
 };
 
 EmbreeFaces embree_faces(const world::World& world) {
@@ -192,12 +221,29 @@ EmbreeFaces embree_faces(const world::World& world) {
 }
 
 EmbreeRays::EmbreeRays(const EmbreeFaces& faces, EmbreeShape shape, EmbreeQuality quality) : state_(new State) {
-  state_->device = rtcNewDevice(nullptr);
-  CHECK(state_->device);
-  rtcSetDeviceMemoryMonitorFunction(state_->device, count_bytes, &state_->bytes);
+  state_->make_device();
   state_->scene = scene_of(state_->device, faces.corners, shape,
                            quality == EmbreeQuality::high ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_MEDIUM);
-  CHECK_EQ(static_cast<int>(rtcGetDeviceError(state_->device)), static_cast<int>(RTC_ERROR_NONE));
+  state_->check();
+}
+
+EmbreeRays::EmbreeRays(const EmbreeFaces& once, std::span<const EmbreeFaces> shapes,
+                       std::span<const EmbreeInstance> instances)
+    : state_(new State) {
+  state_->make_device();
+  for (const EmbreeFaces& shape : shapes)
+    state_->shapes.push_back(scene_of(state_->device, shape.corners, EmbreeShape::triangles, RTC_BUILD_QUALITY_MEDIUM));
+  state_->scene = rtcNewScene(state_->device);
+  add_rectangles(state_->device, state_->scene, once.corners, EmbreeShape::triangles, RTC_BUILD_QUALITY_MEDIUM);
+  for (const EmbreeInstance& instance : instances)
+    add_instance(state_->device, state_->scene, state_->shapes[instance.shape], instance.offset);
+  rtcCommitScene(state_->scene);
+  state_->check();
+}
+
+void EmbreeRays::place(const EmbreeInstance& instance) {
+  add_instance(state_->device, state_->scene, state_->shapes[instance.shape], instance.offset);
+  rtcCommitScene(state_->scene);
 }
 
 EmbreeRays::~EmbreeRays() = default;
@@ -292,6 +338,13 @@ std::vector<RayAnswer> EmbreeRays::answers(std::span<const BenchRay> rays) const
   std::vector<RayAnswer> answers;
   for (const BenchRay& ray : rays) answers.push_back(answer_one(state_->scene, context, ray));
   return answers;
+}
+
+std::vector<float> EmbreeRays::distances(std::span<const BenchRay> rays) const {
+  RTCIntersectContext context = context_for(EmbreeHint::incoherent);
+  std::vector<float> distances;
+  for (const BenchRay& ray : rays) distances.push_back(trace_one(state_->scene, context, ray).ray.tfar);
+  return distances;
 }
 
 struct EmbreeChunks::State {

@@ -20,16 +20,26 @@ enum class EmbreeQuality { medium, high };
 enum class EmbreeWidth { one, eight, sixteen, stream };
 enum class EmbreeHint { incoherent, coherent };
 
-/// The faces of a world, before Embree sees them.
+/// The faces of a world, or of a shape, before Embree sees them.
 struct EmbreeFaces {
   std::vector<world::Vec3f> corners;  // four a rectangle, counter-clockwise seen from outside
 };
 EmbreeFaces embree_faces(const world::World& world);
 
+/// A shape put somewhere, as it is.
+struct EmbreeInstance {
+  size_t shape = 0;  // index into the shapes given
+  world::Vec3f offset{0};
+};
+
 class EmbreeRays {
  public:
   EmbreeRays(const EmbreeFaces& faces, EmbreeShape shape, EmbreeQuality quality);
+  /// Faces that are there once, and shapes as instances; triangles, medium quality.
+  EmbreeRays(const EmbreeFaces& once, std::span<const EmbreeFaces> shapes, std::span<const EmbreeInstance> instances);
   ~EmbreeRays();
+  /// One instance more, and the tree over all of them built anew.
+  void place(const EmbreeInstance& instance);
 
   struct Loaded;  // rays in Embree's own layout
   static std::shared_ptr<const Loaded> load(std::span<const BenchRay> rays);
@@ -41,6 +51,8 @@ class EmbreeRays {
 
   /// By rtcIntersect1. Where a ray passes an edge, floats may decide for the other voxel.
   std::vector<RayAnswer> answers(std::span<const BenchRay> rays) const;
+  /// By rtcIntersect1; infinite where nothing is hit.
+  std::vector<float> distances(std::span<const BenchRay> rays) const;
   size_t bytes() const;  // what Embree says it holds, vertices included
 
  private:

@@ -13,7 +13,7 @@
 #include "tools/bench/rivals/openvdb_rays.h"
 #include "tools/bench/world_copy.h"
 #include "world/scenes/scene.h"
-#include "world/store/mask_walk.h"
+#include "world/store/ray_stream.h"
 
 namespace tools {
 
@@ -22,10 +22,10 @@ namespace {
 using render::Camera;
 using world::BlockId;
 using world::GridHit;
+using world::GridRay;
 using world::LeafPos;
 using world::MaskKind;
 using world::MaskVolume;
-using world::MaskWalker;
 using world::Store;
 using world::VoxelPos;
 using world::World;
@@ -34,23 +34,21 @@ using world::World;
 class Caster {
  public:
   /// Builds what casting needs from the store's blocks.
-  explicit Caster(const Store& store) : occupied_(&store.masks(MaskKind::occupied)), walker_(*occupied_) {}
+  explicit Caster(const Store& store) : stream_(store.masks(MaskKind::occupied)) {}
   /// Follows an edit of these leaves.
-  void update(const Store& store, std::span<const LeafPos>) {
-    occupied_ = &store.masks(MaskKind::occupied);
-    walker_ = MaskWalker(*occupied_);
+  void update(std::span<const LeafPos> dirty) { stream_.update(dirty); }
+  /// `coherent`: each 64 in a row are pixels of a tile.
+  void first_hits(std::span<const GridRay> rays, std::span<GridHit> hits, bool coherent) const {
+    if (coherent)
+      stream_.first_set_coherent(rays, hits);
+    else
+      stream_.first_set(rays, hits);
   }
-  void first_hits(std::span<const BenchRay> rays, GridHit* hits) const {
-    for (size_t i = 0; i < rays.size(); ++i) hits[i] = walker_.first_set(rays[i].grid());
-  }
-  void any_hits(std::span<const BenchRay> rays, bool* blocked) const {
-    for (size_t i = 0; i < rays.size(); ++i) blocked[i] = walker_.any_set(rays[i].grid());
-  }
-  size_t bytes() const { return occupied_->bytes(); }
+  void any_hits(std::span<const GridRay> rays, std::span<uint8_t> blocked) const { stream_.any_set(rays, blocked); }
+  size_t bytes() const { return stream_.bricks().bytes(); }
 
  private:
-  const MaskVolume* occupied_;
-  MaskWalker walker_;
+  world::RayStream stream_;
 };
 
 /// What the rows of one run share.
@@ -83,8 +81,8 @@ constexpr size_t kComparedShare = 64;
 /// One kind of rays, in the form each contender wants.
 struct CastInput {
   std::shared_ptr<Input> input;
-  std::shared_ptr<RaySets> sets;  // keeps `rays`
-  std::span<const BenchRay> rays;
+  Rays kind = Rays::primary;
+  std::vector<GridRay> rays;
   std::vector<BenchRay> slow, compared;
   std::shared_ptr<const EmbreeRays::Loaded> loaded;
   std::shared_ptr<Caster> ours;
@@ -97,16 +95,18 @@ Result<std::shared_ptr<CastInput>> make_cast_input(BenchContext& context, Rays k
   auto cast = std::make_shared<CastInput>();
   TRY(cast->input, make_input(context));
   const Input& input = *cast->input;
-  cast->sets = context.shared<RaySets>("rays/sets", [&] {
+  const auto sets = context.shared<RaySets>("rays/sets", [&] {
     return std::make_shared<RaySets>(make_ray_sets(input.occupied(), input.cameras, input.width, input.height,
                                                    input.world->environment.sun_direction, context.seed()));
   });
-  cast->rays = kind == Rays::primary   ? cast->sets->primary
-               : kind == Rays::diffuse ? cast->sets->diffuse
-                                       : cast->sets->shadow;
-  cast->slow = sample_blocks(cast->rays, kSlowShare);
-  cast->compared = sample_blocks(cast->rays, kComparedShare);
-  cast->loaded = EmbreeRays::load(cast->rays);
+  cast->kind = kind;
+  const std::vector<BenchRay>& rays = kind == Rays::primary   ? sets->primary
+                                      : kind == Rays::diffuse ? sets->diffuse
+                                                              : sets->shadow;
+  for (const BenchRay& ray : rays) cast->rays.push_back(ray.grid());
+  cast->slow = sample_blocks(rays, kSlowShare);
+  cast->compared = sample_blocks(rays, kComparedShare);
+  cast->loaded = EmbreeRays::load(rays);
   cast->ours = context.shared<Caster>("rays/ours", [&] { return std::make_shared<Caster>(input.world->store); });
   cast->embree = context.shared<EmbreeRays>("rays/embree", [&] {
     return std::make_shared<EmbreeRays>(embree_faces(*input.world), EmbreeShape::triangles, EmbreeQuality::medium);
@@ -118,16 +118,16 @@ Result<std::shared_ptr<CastInput>> make_cast_input(BenchContext& context, Rays k
   return cast;
 }
 
-double cast_ours(const CastInput& cast, bool any) {
+double cast_ours(const CastInput& cast) {
   return cast_in_parallel(cast.rays.size(), [&](size_t begin, size_t end) {
-    const auto rays = cast.rays.subspan(begin, end - begin);
-    if (any) {
-      thread_local std::unique_ptr<bool[]> blocked(new bool[kRaysAtOnce]);
-      cast.ours->any_hits(rays, blocked.get());
+    const std::span rays(&cast.rays[begin], end - begin);
+    if (cast.kind == Rays::shadow) {
+      thread_local std::vector<uint8_t> blocked(kRaysAtOnce);
+      cast.ours->any_hits(rays, {blocked.data(), rays.size()});
       keep(blocked[0]);
     } else {
       thread_local std::vector<GridHit> hits(kRaysAtOnce);
-      cast.ours->first_hits(rays, hits.data());
+      cast.ours->first_hits(rays, {hits.data(), rays.size()}, cast.kind == Rays::primary);
       keep(hits[0]);
     }
   });
@@ -139,7 +139,7 @@ std::vector<GridHit> exact_hits(const CastInput& cast) {
   std::vector<GridHit> hits(cast.compared.size());
   cast_in_parallel(hits.size(), [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      world::GridRay ray = cast.compared[i].grid();
+      GridRay ray = cast.compared[i].grid();
       ray.t_max = 2000;  // more than the valley's diagonal
       hits[i] = world::first_hit_flat(ray, [&](VoxelPos v) { return occupied.test(v); });
     }
@@ -147,18 +147,21 @@ std::vector<GridHit> exact_hits(const CastInput& cast) {
   return hits;
 }
 
-Status check_ours(const CastInput& cast, bool any) {
+Status check_ours(const CastInput& cast) {
   const std::vector<GridHit> exact = exact_hits(cast);
-  std::vector<GridHit> hits(exact.size());
-  std::unique_ptr<bool[]> blocked(new bool[exact.size()]);
+  std::vector<GridRay> rays;
+  for (const BenchRay& ray : cast.compared) rays.push_back(ray.grid());
+  std::vector<GridHit> hits(rays.size());
+  std::vector<uint8_t> blocked(rays.size());
+  const bool any = cast.kind == Rays::shadow;
   if (any)
-    cast.ours->any_hits(cast.compared, blocked.get());
+    cast.ours->any_hits(rays, blocked);
   else
-    cast.ours->first_hits(cast.compared, hits.data());
+    cast.ours->first_hits(rays, hits, cast.kind == Rays::primary);
   size_t different = 0;
   for (size_t i = 0; i < exact.size(); ++i) {
     const GridHit &a = exact[i], &b = hits[i];
-    different += any ? a.hit() != blocked[i]
+    different += any ? a.hit() != (blocked[i] != 0)
                      : a.hit() != b.hit() || (a.hit() && (a.voxel != b.voxel || a.face != b.face || a.t != b.t));
   }
   if (different == 0) return {};
@@ -183,7 +186,7 @@ std::map<std::string, double> count_agreement(const CastInput& cast) {
 Result<Prepared> prepare_cast(BenchContext& context, Rays kind) {
   TRY(const std::shared_ptr<CastInput> cast, make_cast_input(context, kind));
   const bool any = kind == Rays::shadow;
-  Prepared prepared{.ours = {"loam", [=] { return cast_ours(*cast, any); }}};
+  Prepared prepared{.ours = {"loam", [=] { return cast_ours(*cast); }}};
   const auto embree = [&](const char* name, EmbreeWidth width, EmbreeHint hint) {
     prepared.rivals.push_back({name, [=] {
                                  return any ? cast->embree->any_hits(*cast->loaded, width, hint)
@@ -201,7 +204,7 @@ Result<Prepared> prepare_cast(BenchContext& context, Rays kind) {
       {"NanoVDB, HDDA as it comes (skips voxels)", [=] { return cast->nanovdb->stock_first_hits(cast->slow); }});
   prepared.rivals.push_back({"OpenVDB, VolumeRayIntersector", [=] { return cast->openvdb->first_hits(cast->slow); }});
   prepared.counters = [=] { return count_agreement(*cast); };
-  prepared.check = [=] { return check_ours(*cast, any); };
+  prepared.check = [=] { return check_ours(*cast); };
   return prepared;
 }
 
@@ -254,9 +257,10 @@ Result<Prepared> prepare_edit(BenchContext& context) {
   return Prepared{.ours = {"loam",
                            [=] {
                              const BenchRay ray = ours->edit();
-                             ours->caster.update(ours->world.store, ours->world.store.take_dirty(ours->subscriber));
+                             ours->caster.update(ours->world.store.take_dirty(ours->subscriber));
+                             const GridRay grid_ray = ray.grid();
                              GridHit hit;
-                             ours->caster.first_hits({&ray, 1}, &hit);
+                             ours->caster.first_hits({&grid_ray, 1}, {&hit, 1}, false);
                              return ours->right({hit.hit(), hit.voxel}) ? 1 : std::nan("");
                            }},
                   .rivals = {{"Embree, the chunk's faces and tree anew", [=] {
