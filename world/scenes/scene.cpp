@@ -10,6 +10,7 @@
 #include "world/base/text.h"
 #include "world/base/toml_reader.h"
 #include "world/gen/generator.h"
+#include "world/store/density_field.h"
 
 namespace world {
 
@@ -126,7 +127,7 @@ Result<Scene> parse_scene(std::string_view text, const std::string& name, const 
   const VoxelPos offset = scene.offset;
   for (TomlTable table : root.array_of_tables("luminaire"))
     scene.luminaires.push_back(read_luminaire(table, offset, folder));
-  for (TomlTable table : root.array_of_tables("medium")) scene.media.push_back(read_medium(table, offset));
+  for (TomlTable table : root.array_of_tables("medium")) scene.media.push_back(read_medium(table, offset, folder));
   for (TomlTable table : root.array_of_tables("mesh")) scene.meshes.push_back(read_mesh(table, offset, folder));
   for (TomlTable camera : root.array_of_tables("camera")) read_camera(camera, scene);
   for (TomlTable knobs : root.table("knobs"))
@@ -173,6 +174,22 @@ Result<World> generated_world(const Scene& scene) {
                                  scene.generator, fmt::join(names, ", ")));
 }
 
+/// Density grids without a file sample the world's density layer, whose voxels count from the medium's position.
+Status fill_density_grids(const Store& store, std::vector<Medium>& media) {
+  std::map<FieldSampling, std::shared_ptr<const DensityField>> fields;
+  for (Medium& medium : media) {
+    if (medium.kind != "density_grid" || medium.field) continue;
+    std::shared_ptr<const DensityField>& field = fields[medium.sampling];
+    if (!field) {
+      const FloatLayer* layer = store.find_layer(Layer::density);
+      if (!layer) return input_error(medium.where + ": the world has no density layer: its file holds no fog volume");
+      TRY(field, density_field(*layer, medium.sampling, medium.where));
+    }
+    medium.field = field;
+  }
+  return {};
+}
+
 }  // namespace
 
 std::vector<std::string> scene_names() {
@@ -211,6 +228,8 @@ Result<Scene> load_scene(const std::string& name_or_path) {
 Result<World> build_world(const Scene& scene, ImportReport& report) {
   const bool from_file = !scene.file.empty();
   TRY(World world, from_file ? read_world(scene.file, scene.import_options, report) : generated_world(scene));
+  std::vector<Medium> media = scene.media;
+  TRY_STATUS(fill_density_grids(world.store, media));
   if (scene.offset != VoxelPos{}) {
     Store shifted = moved(world.store, scene.offset, *world.palette);
     world.store = std::move(shifted);
@@ -232,7 +251,7 @@ Result<World> build_world(const Scene& scene, ImportReport& report) {
   }
   if (!from_file || !scene.cameras.empty()) world.environment = scene.environment;
   world.luminaires = scene.luminaires;
-  world.media = scene.media;
+  world.media = std::move(media);
   world.meshes = scene.meshes;
   for (MeshInstance& mesh : world.meshes) {
     for (const auto& [block_name, id] :
@@ -244,10 +263,10 @@ Result<World> build_world(const Scene& scene, ImportReport& report) {
                                        world.palette->nearest_name(*block_name)));
       *id = *block;
     }
-    std::vector<std::string> media;
-    for (const Medium& medium : world.media) media.push_back(medium.name);
-    if (!mesh.interior_medium.empty() && std::find(media.begin(), media.end(), mesh.interior_medium) == media.end()) {
-      const std::string nearest = nearest_text(mesh.interior_medium, media);
+    std::vector<std::string> names;
+    for (const Medium& medium : world.media) names.push_back(medium.name);
+    if (!mesh.interior_medium.empty() && std::find(names.begin(), names.end(), mesh.interior_medium) == names.end()) {
+      const std::string nearest = nearest_text(mesh.interior_medium, names);
       return input_error(fmt::format("{}: there is no medium \"{}\"{}", mesh.where, mesh.interior_medium,
                                      nearest.empty() ? "" : " (did you mean \"" + nearest + "\"?)"));
     }

@@ -1,0 +1,51 @@
+/* All members with closed forms by number, for shaders: MEDIUM_box_fog and so on are numbers in the order of the names.
+ * Made from the folder's list; C++ calls through the table of medium.cpp. */
+#ifndef LOAM_WORLD_MEDIA_EVERY_MEDIUM_SHARED_H
+#define LOAM_WORLD_MEDIA_EVERY_MEDIUM_SHARED_H
+#include "world/media/medium.shared.h"
+
+#include "world_media.members.h"
+
+SHARED_NAMESPACE(world)
+
+SHARED Real2 medium_span(uint kind, SHARED_IN(MediumShape) m, Real3 origin, Real3 direction) {
+  switch (kind) {
+#define MEDIUM(name)  \
+  case MEDIUM_##name: \
+    return name##_span(m, origin, direction);
+#include "world_media.list.h"
+#undef MEDIUM
+  }
+  return medium_nowhere();
+}
+
+SHARED Real medium_density(uint kind, SHARED_IN(MediumShape) m, Real3 point) {
+  switch (kind) {
+#define MEDIUM(name)  \
+  case MEDIUM_##name: \
+    return name##_density(m, point);
+#include "world_media.list.h"
+#undef MEDIUM
+  }
+  return 0.0;
+}
+
+/* Integral of the density over [t0, t1], in m; outside the span it is 0. */
+SHARED Real medium_depth(uint kind, SHARED_IN(MediumShape) m, Real3 origin, Real3 direction, Real t0, Real t1) {
+  Real2 span = medium_span(kind, m, origin, direction);
+  t0 = max(t0, span.x);
+  t1 = min(t1, span.y);
+  if (!(t0 < t1)) return 0.0;
+  switch (kind) {
+#define MEDIUM(name)  \
+  case MEDIUM_##name: \
+    return name##_depth(m, origin, direction, t0, t1);
+#include "world_media.list.h"
+#undef MEDIUM
+  }
+  return 0.0;
+}
+
+SHARED_NAMESPACE_END
+
+#endif
