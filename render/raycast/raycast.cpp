@@ -85,7 +85,10 @@ class Picture {
 
   void render_tile(world::StoreReader& reader, int x0, int y0, Spent& spent) const {
     const int x1 = std::min(x0 + kTile, image_.width), y1 = std::min(y0 + kTile, image_.height);
-    const int columns = x1 - x0, count = columns * (y1 - y0);
+    int pixel_x[kTile * kTile], pixel_y[kTile * kTile], count = 0;
+    for (int i = 0; i < kTile * kTile; ++i)
+      if (const int x = x0 + column_of(i), y = y0 + row_of(i); x < x1 && y < y1)
+        pixel_x[count] = x, pixel_y[count++] = y;
     GridRay rays[kTile * kTile];
     GridHit hits[kTile * kTile];
     bool sunlit[kTile * kTile];
@@ -94,7 +97,7 @@ class Picture {
     auto start = Clock::now();
     for (int i = 0; i < count; ++i) {
       GridRay& ray = rays[i];
-      ray = {camera_, rays_.direction(x0 + i % columns + 0.5, y0 + i / columns + 0.5)};
+      ray = {camera_, rays_.direction(pixel_x[i] + 0.5, pixel_y[i] + 0.5)};
       // The limit in t: the camera's rays have unit depth, not unit length.
       ray.t_max = std::min(knobs_.view_distance / glm::length(ray.direction), std::numeric_limits<double>::max());
     }
@@ -112,7 +115,7 @@ class Picture {
     start = Clock::now();
     for (int i = 0; i < count; ++i) {
       const Vec3d& direction = rays[i].direction;
-      image_.at(x0 + i % columns, y0 + i / columns) =
+      image_.at(pixel_x[i], pixel_y[i]) =
           hits[i].hit() ? shading_.face_radiance(blocks.get(hits[i].voxel), hits[i].face, sunlit[i])
                         : sky_radiance(view_.environment(), direction.y / glm::length(direction));
     }
@@ -145,7 +148,7 @@ class Picture {
 
   void cast_shadows(const GridRay* rays, const GridHit* hits, int count, bool* sunlit, Spent& spent) const {
     GridRay to_sun[kTile * kTile];
-    GridHit met[kTile * kTile];
+    uint8_t blocked[kTile * kTile];
     int pixel[kTile * kTile];
     size_t sent = 0;
     for (int i = 0; i < count; ++i) {
@@ -153,8 +156,8 @@ class Picture {
       pixel[sent] = i;
       to_sun[sent++] = world::ray_from_surface(rays[i], hits[i], view_.environment().sun_direction);
     }
-    opaque_rays_.first_set_coherent({to_sun, sent}, {met, sent});
-    for (size_t k = 0; k < sent; ++k) sunlit[pixel[k]] = !met[k].hit();
+    opaque_rays_.any_set_coherent({to_sun, sent}, {blocked, sent});
+    for (size_t k = 0; k < sent; ++k) sunlit[pixel[k]] = !blocked[k];
     spent.shadow_rays += sent;
   }
 

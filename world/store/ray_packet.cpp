@@ -10,6 +10,8 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
+#include <new>
 
 #include "world/store/ray_stream.h"
 
@@ -40,8 +42,7 @@ struct alignas(64) Packet {
   int main, u, v;
   int32_t flip;       // of the main axis: -1 where the rays go down
   int32_t corner[3];  // main (mirrored), u, v, from the corner of the bounds
-  int32_t k = 0;      // all before this plane is walked
-  bool wide = false;  // what is alive must go on some other way
+  int32_t k[4];       // of each 16 rays: all before this plane is walked
 };
 
 /// Slices of leaves that were cut lately: neighbouring packets need the same ones.
@@ -120,16 +121,27 @@ HWY_INLINE uint64_t bits_of(Ints d, hn::Mask<Ints> mask) {
   return bits;
 }
 
-HWY_INLINE void bound_packet(const Packet& p, PacketBounds& bounds) {
+alignas(64) constexpr int32_t kLaneBits[16] = {1,      1 << 1, 1 << 2,  1 << 3,  1 << 4,  1 << 5,  1 << 6,  1 << 7,
+                                               1 << 8, 1 << 9, 1 << 10, 1 << 11, 1 << 12, 1 << 13, 1 << 14, 1 << 15};
+
+/// Of the live rays among [begin, end), at least one; both are multiples of 16.
+HWY_INLINE void bound_packet(const Packet& p, size_t begin, size_t end, PacketBounds& bounds) {
   const Floats df;
+  const Ints di;
+  const size_t width = hn::Lanes(df);
+  const F far = hn::Set(df, std::numeric_limits<float>::max());
   const float* y[2] = {p.y_u, p.y_v};
   const float* slope[2] = {p.slope_u, p.slope_v};
   for (int i = 0; i < 2; ++i) {
-    F low_y = hn::Load(df, y[i]), high_y = low_y, low_s = hn::Load(df, slope[i]), high_s = low_s;
-    for (size_t at = hn::Lanes(df); at < kPacket; at += hn::Lanes(df)) {
+    F low_y = far, high_y = hn::Neg(far), low_s = far, high_s = hn::Neg(far);
+    for (size_t at = begin; at < end; at += width) {
       const F value = hn::Load(df, y[i] + at), s = hn::Load(df, slope[i] + at);
-      low_y = hn::Min(low_y, value), high_y = hn::Max(high_y, value);
-      low_s = hn::Min(low_s, s), high_s = hn::Max(high_s, s);
+      const auto live =
+          hn::RebindMask(df, hn::TestBit(hn::Set(di, static_cast<int32_t>(p.alive >> at)), hn::Load(di, kLaneBits)));
+      low_y = hn::Min(low_y, hn::IfThenElse(live, value, far)),
+      high_y = hn::Max(high_y, hn::IfThenElse(live, value, hn::Neg(far)));
+      low_s = hn::Min(low_s, hn::IfThenElse(live, s, far)),
+      high_s = hn::Max(high_s, hn::IfThenElse(live, s, hn::Neg(far)));
     }
     bounds.low_y[i] = hn::GetLane(hn::MinOfLanes(df, low_y));
     bounds.high_y[i] = hn::GetLane(hn::MaxOfLanes(df, high_y));
@@ -139,7 +151,7 @@ HWY_INLINE void bound_packet(const Packet& p, PacketBounds& bounds) {
 }
 
 /// All live rays of the packet through one slice.
-HWY_INLINE void walk_slice(Packet& p, const Slice& slice) {
+HWY_INLINE void walk_slice(Packet& p, const Slice& slice, size_t begin, size_t end) {
   const Floats df;
   const Ints di;
   const size_t width = hn::Lanes(df);
@@ -171,7 +183,7 @@ HWY_INLINE void walk_slice(Packet& p, const Slice& slice) {
   const F k_in = hn::Set(df, k), k_out = hn::Set(df, k + 1), half_less = hn::Set(df, 0.5f - error);
   const F tie = hn::Set(df, 2 * error);
   const I row = hn::Set(di, slice.row), column = hn::Set(di, slice.column), now = hn::Set(di, slice.k);
-  for (size_t at = 0; at < kPacket; at += width) {
+  for (size_t at = begin; at < end; at += width) {
     const uint64_t lanes = width == 64 ? ~0ull : (1ull << width) - 1;
     if (!(p.alive >> at & lanes)) continue;
     const F slope_u = hn::Load(df, p.slope_u + at), slope_v = hn::Load(df, p.slope_v + at);
@@ -269,16 +281,11 @@ HWY_INLINE void prepare_packet(Packet& p, size_t count) {
   p.range = hn::GetLane(hn::MaxOfLanes(df, range)) + 2;
 }
 
-HWY_INLINE int32_t floor_of(float x) {
-  const int32_t whole = static_cast<int32_t>(x);
-  return whole - (static_cast<float>(whole) > x);
-}
-
-/// The packet from its start to its end, or to where it is too wide.
-void walk_packet(const PacketWorld& world, Packet& p, size_t count, SliceCache& cache) {
-  prepare_packet(p, count);
+/// The live rays among [begin, end) from plane `k` to their ends. Returns the plane at which they are too wide, or -1.
+int32_t march(const PacketWorld& world, Packet& p, size_t begin, size_t end, int32_t k, SliceCache& cache) {
+  const uint64_t mine = (end - begin == 64 ? ~0ull : (1ull << (end - begin)) - 1) << begin;
   PacketBounds bounds;
-  bound_packet(p, bounds);
+  bound_packet(p, begin, end, bounds);
   const BrickVolume& bricks = *world.bricks;
   const int m = p.main, u = p.u, v = p.v;
   const int32_t flip = p.flip, corner_k = p.corner[0];
@@ -287,33 +294,61 @@ void walk_packet(const PacketWorld& world, Packet& p, size_t count, SliceCache& 
   const size_t strides[3] = {size_t(leaves[1]) * size_t(leaves[2]), 1, size_t(leaves[1])};
   const size_t stride_m = strides[m], stride_u = strides[u], stride_v = strides[v];
   const uint32_t* codes = bricks.codes();
-  p.wide = static_cast<uint32_t>(corner_k ^ flip) >= static_cast<uint32_t>(leaves[m] * kLeafSize);
   // Planes up to the end of what holds anything.
   const VoxelPos first = bricks.content().min - bricks.low(), last_cell = bricks.content().max - bricks.low();
   const int32_t end_k = (flip ? ~first[m] : last_cell[m]) - corner_k + 1;
-  // Cells of u (0) or v (1) that the packet may touch between two planes, from the corner of the bounds.
-  const auto extent = [&](int i, float a, float b, int32_t& from, int32_t& to) {
-    const float lowest = bounds.low_y[i] + std::min(a * bounds.low_slope[i], b * bounds.low_slope[i]);
-    const float highest = bounds.high_y[i] + std::max(a * bounds.high_slope[i], b * bounds.high_slope[i]);
-    from = p.corner[1 + i] + floor_of(lowest + (0.5f - 0x1p-6f));
-    to = p.corner[1 + i] + floor_of(highest + (0.5f + 0x1p-6f));
+  // Cells of u and v that the packet may touch between two planes, from the corner of the bounds: low u, high u, low v,
+  // high v. Lows are computed as negative highs, and what rounds to the nearest is wider than what floors.
+  const hn::CappedTag<float, 4> d4;
+  const hn::RebindToSigned<decltype(d4)> i4;
+  struct Extent {
+    alignas(16) int32_t cell[4];
   };
+#if HWY_TARGET == HWY_SCALAR
+  const auto extent = [&](int32_t from, int32_t to) {
+    const float a = static_cast<float>(from), b = static_cast<float>(to);
+    Extent e;
+    for (int i = 0; i < 2; ++i) {
+      const float lowest = bounds.low_y[i] + std::min(a * bounds.low_slope[i], b * bounds.low_slope[i]);
+      const float highest = bounds.high_y[i] + std::max(a * bounds.high_slope[i], b * bounds.high_slope[i]);
+      e.cell[2 * i] = p.corner[1 + i] + static_cast<int32_t>(std::floor(lowest + (0.5f - 0x1p-6f)));
+      e.cell[2 * i + 1] = p.corner[1 + i] + static_cast<int32_t>(std::floor(highest + (0.5f + 0x1p-6f)));
+    }
+    return e;
+  };
+  (void)d4, (void)i4;
+#else
+  alignas(16) const float offsets[4] = {-bounds.low_y[0], bounds.high_y[0], -bounds.low_y[1], bounds.high_y[1]};
+  alignas(16)
+      const float slopes[4] = {-bounds.low_slope[0], bounds.high_slope[0], -bounds.low_slope[1], bounds.high_slope[1]};
+  alignas(16) const int32_t signs[4] = {-1, 0, -1, 0};
+  alignas(16) const int32_t corners[4] = {p.corner[1], p.corner[1], p.corner[2], p.corner[2]};
+  // y is u - 1/2: the cell of the highest is the nearest whole number, that of the lowest too.
+  const auto offset4 = hn::Add(hn::Load(d4, offsets), hn::Set(d4, 0x1p-6f)), slope4 = hn::Load(d4, slopes);
+  const auto sign4 = hn::Load(i4, signs), corner4 = hn::Load(i4, corners);
+  const auto extent = [&](int32_t from, int32_t to) {
+    const auto a = hn::Mul(slope4, hn::Set(d4, static_cast<float>(from)));
+    const auto b = hn::Mul(slope4, hn::Set(d4, static_cast<float>(to)));
+    const auto cell = hn::NearestInt(hn::Add(offset4, hn::Max(a, b)));
+    Extent e;
+    hn::Store(hn::Add(hn::Sub(hn::Xor(cell, sign4), sign4), corner4), i4, e.cell);
+    return e;
+  };
+#endif
 
-  int32_t k = 0;
-  int log2 = 7;
+  int log2 = k == 0 ? 7 : 3;
   const uint64_t* slices[4] = {};
   int32_t loaded_layer = INT32_MIN, loaded_u = 0, loaded_v = 0;
   static constexpr uint64_t kNothing[8] = {};
-  while (p.alive && !p.wide && k < end_k) {
+  while (p.alive & mine && k < end_k) {
     const int32_t cell = corner_k + k;  // mirrored
     const uint32_t* layer_codes = codes + stride_m * static_cast<size_t>((cell ^ flip) >> 3);
     // Pass slabs in which the packet meets nothing.
     bool passed = false;
     for (; log2 >= 3; --log2) {
       const int32_t size = 1 << log2, next = (cell | (size - 1)) + 1 - corner_k;
-      int32_t u0, u1, v0, v1;
-      extent(0, static_cast<float>(k), static_cast<float>(next), u0, u1);
-      extent(1, static_cast<float>(k), static_cast<float>(next), v0, v1);
+      const Extent e = extent(k, next);
+      int32_t u0 = e.cell[0], u1 = e.cell[1], v0 = e.cell[2], v1 = e.cell[3];
       u0 = std::max(u0, 0), v0 = std::max(v0, 0);
       u1 = std::min(u1, leaves[u] * kLeafSize - 1), v1 = std::min(v1, leaves[v] * kLeafSize - 1);
       u0 >>= log2, u1 >>= log2, v0 >>= log2, v1 >>= log2;
@@ -337,15 +372,11 @@ void walk_packet(const PacketWorld& world, Packet& p, size_t count, SliceCache& 
     log2 = 3;
     // The slabs of this layer of leaves, one by one.
     const int32_t layer = (cell ^ flip) >> 3, last = (cell | 7) - corner_k;
-    for (; k <= last && p.alive; ++k) {
-      int32_t u0, u1, v0, v1;
-      extent(0, static_cast<float>(k), static_cast<float>(k + 1), u0, u1);
-      extent(1, static_cast<float>(k), static_cast<float>(k + 1), v0, v1);
+    for (; k <= last && p.alive & mine; ++k) {
+      const Extent e = extent(k, k + 1);
+      const int32_t u0 = e.cell[0], u1 = e.cell[1], v0 = e.cell[2], v1 = e.cell[3];
       const int32_t leaf_u = u0 >> 3, leaf_v = v0 >> 3;
-      if (u1 - leaf_u * 8 > 15 || v1 - leaf_v * 8 > 15) {
-        p.wide = true;
-        break;
-      }
+      if (u1 - leaf_u * 8 > 15 || v1 - leaf_v * 8 > 15) return k;
       if (layer != loaded_layer || leaf_u != loaded_u || leaf_v != loaded_v) {
         loaded_layer = layer, loaded_u = leaf_u, loaded_v = leaf_v;
         for (int i = 0; i < 4; ++i) {
@@ -381,10 +412,25 @@ void walk_packet(const PacketWorld& world, Packet& p, size_t count, SliceCache& 
       slice.word[3] = slices[3][slab] & high_rows & high_columns;
       if (!(slice.word[0] | slice.word[1] | slice.word[2] | slice.word[3])) continue;
       slice.row = leaf_u * 8 - p.corner[1], slice.column = leaf_v * 8 - p.corner[2], slice.k = k;
-      walk_slice(p, slice);
+      walk_slice(p, slice, begin, end);
     }
   }
-  p.k = k;
+  p.alive &= ~mine;  // they meet nothing
+  return -1;
+}
+
+/// The packet from its start; where it is too wide for a slice, each 16 rays of it by themselves. What is still alive
+/// after that must go on from its plane some other way.
+void walk_packet(const PacketWorld& world, Packet& p, size_t count, SliceCache& cache) {
+  prepare_packet(p, count);
+  for (int32_t& k : p.k) k = 0;
+  const int32_t cell = p.corner[0] ^ p.flip;
+  if (static_cast<uint32_t>(cell) >= static_cast<uint32_t>(world.bricks->leaves_along()[p.main] * kLeafSize)) return;
+  const int32_t wide = p.alive ? march(world, p, 0, kPacket, 0, cache) : -1;
+  if (wide < 0) return;
+  for (size_t quarter = 0; quarter < 4; ++quarter)
+    if (p.alive >> (16 * quarter) & 0xffff)
+      p.k[quarter] = march(world, p, 16 * quarter, 16 * quarter + 16, wide, cache);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -398,33 +444,102 @@ namespace {
 HWY_EXPORT(walk_packet);
 }
 
+/// Rays that left their packet, to go on in lanes when there are enough of them: from where they cross a plane.
+struct RestOfRays {
+  static constexpr size_t kSize = 512;
+  GridRay moved[kSize];
+  GridHit hits[kSize];
+  uint32_t index[kSize], unsure[kSize];
+  int8_t face[kSize];  // through which the moved ray entered its start voxel
+  size_t count = 0;
+};
+
+namespace {
+
+/// False: the crossing lies so close to another plane that only the exact walk can say where it leads.
+bool move_to_plane(const GridRay& ray, int axis, int32_t plane, GridRay& moved) {
+  constexpr double kClose = 1e-9;
+  moved = ray;
+  const bool up = ray.direction[axis] > 0;
+  const double t = (static_cast<double>(plane - ray.voxel[axis]) - ray.fraction[axis]) / ray.direction[axis];
+  for (int a = 0; a < 3; ++a) {
+    if (a == axis) continue;
+    const double at = ray.fraction[a] + t * ray.direction[a], whole = std::floor(at);
+    moved.voxel[a] = ray.voxel[a] + static_cast<int32_t>(whole);
+    moved.fraction[a] = at - whole;
+    if (moved.fraction[a] < kClose || moved.fraction[a] > 1 - kClose) return false;
+  }
+  moved.voxel[axis] = plane - !up;
+  moved.fraction[axis] = up ? 0.0 : 1.0;
+  moved.t_max = kInfinity;
+  return true;
+}
+
+}  // namespace
+
+void RayStream::walk_rest(RestOfRays& rest, std::span<const GridRay> rays, std::span<GridHit> hits,
+                          StreamReport& report) const {
+  const size_t again = walk_lanes({rest.moved, rest.count}, rest.hits, {}, rest.unsure, report);
+  for (size_t i = 0; i < again; ++i) rest.hits[rest.unsure[i]].end = WalkEnd::rejected;
+  for (size_t i = 0; i < rest.count; ++i) {
+    const GridRay& ray = rays[rest.index[i]];
+    GridHit& hit = hits[rest.index[i]];
+    const GridHit& found = rest.hits[i];
+    hit = {WalkEnd::t_max, {}, kNoFace, ray.t_max};
+    if (found.end == WalkEnd::rejected) {
+      hit = walker_.first_set(ray);
+      ++report.exact;
+    } else if (found.hit()) {
+      const int face = found.face == kNoFace ? rest.face[i] : found.face, axis = face_axis(face);
+      const int32_t plane = found.voxel[axis] + (face & 1);
+      const double t = (static_cast<double>(plane - ray.voxel[axis]) - ray.fraction[axis]) * (1 / ray.direction[axis]);
+      if (t <= ray.t_max) hit = {WalkEnd::hit, found.voxel, face, t};
+    }
+  }
+  rest.count = 0;
+}
+
 void RayStream::first_set_coherent(std::span<const GridRay> rays, std::span<GridHit> hits, StreamReport* report) const {
   if (!bricks_.walkable()) return first_set(rays, hits, {}, report);
   SliceCache cache;
   Packet packet;
+  alignas(RestOfRays) unsigned char room[sizeof(RestOfRays)];  // its rays are written before they are read
+  RestOfRays& rest = *new (room) RestOfRays;
+  StreamReport done;
+  done.rays = rays.size();
   for (size_t begin = 0; begin < rays.size(); begin += kPacket) {
     const size_t count = std::min(kPacket, rays.size() - begin);
-    first_set_packet(packet, cache, rays.subspan(begin, count), hits.subspan(begin, count), report);
+    if (const uint64_t left =
+            first_set_packet(packet, cache, rays.subspan(begin, count), hits.subspan(begin, count), done)) {
+      if (rest.count + kPacket > RestOfRays::kSize) walk_rest(rest, rays, hits, done);
+      for (uint64_t some = left; some; some &= some - 1) {
+        const size_t i = static_cast<size_t>(std::countr_zero(some));
+        const int32_t k = packet.k[i / 16];
+        const bool up = packet.flip == 0;
+        GridRay& moved = rest.moved[rest.count];
+        rest.face[rest.count] = kNoFace;
+        if (k > packet.start_k[i]) {
+          const int32_t plane = ((packet.corner[0] + k) ^ packet.flip) + !up + bricks_.low()[packet.main];
+          if (!move_to_plane(rays[begin + i], packet.main, plane, moved)) {
+            hits[begin + i] = walker_.first_set(rays[begin + i]);
+            ++done.exact;
+            continue;
+          }
+          rest.face[rest.count] = static_cast<int8_t>(entered_face(packet.main, up));
+        } else {
+          moved = rays[begin + i];
+          moved.t_max = kInfinity;
+        }
+        rest.index[rest.count++] = static_cast<uint32_t>(begin + i);
+      }
+    }
   }
+  if (rest.count) walk_rest(rest, rays, hits, done);
+  if (report) report->add(done);
 }
 
-/// Rays of a packet that has grown too wide, from the plane it has come to.
-void RayStream::walk_rest(const Packet& p, uint64_t which, std::span<const GridRay> rays, std::span<GridHit> hits,
-                          StreamReport* report) const {
-  GridRay rest[kPacket];
-  GridHit rest_hits[kPacket];
-  size_t count = 0;
-  for (uint64_t left = which; left; left &= left - 1) rest[count++] = rays[static_cast<size_t>(std::countr_zero(left))];
-  StreamStart start;
-  if (p.k > 0) start = {p.main, ((p.corner[0] + p.k) ^ p.flip) + (p.flip ? 1 : 0) + bricks_.low()[p.main]};
-  first_set({rest, count}, {rest_hits, count}, start, report);
-  count = 0;
-  for (uint64_t left = which; left; left &= left - 1)
-    hits[static_cast<size_t>(std::countr_zero(left))] = rest_hits[count++];
-}
-
-void RayStream::first_set_packet(Packet& p, SliceCache& cache, std::span<const GridRay> rays, std::span<GridHit> hits,
-                                 StreamReport* report) const {
+uint64_t RayStream::first_set_packet(Packet& p, SliceCache& cache, std::span<const GridRay> rays,
+                                     std::span<GridHit> hits, StreamReport& report) const {
   const size_t count = rays.size();
   const GridRay& middle = rays[count / 2];
   const Vec3d lead = middle.direction;
@@ -450,8 +565,7 @@ void RayStream::first_set_packet(Packet& p, SliceCache& cache, std::span<const G
   for (size_t i = 0; i < kPacket; ++i) p.start_k[i] -= p.corner[0];
   HWY_DYNAMIC_DISPATCH(walk_packet)({&bricks_, volume_}, p, count, cache);
 
-  // Exact t of what was hit; what is left goes on lane by lane.
-  StreamReport done;
+  // Exact t of what was hit.
   const int axes[4] = {0, m, u, v};
   const int32_t corner_k = p.corner[0], corner_u = p.corner[1] + low[u], corner_v = p.corner[2] + low[v];
   for (size_t i = 0; i < count; ++i) {
@@ -475,15 +589,12 @@ void RayStream::first_set_packet(Packet& p, SliceCache& cache, std::span<const G
         hit = {WalkEnd::t_max, {}, kNoFace, ray.t_max};
     } else if (p.unsure & bit) {
       hit = walker_.first_set(ray);
-      ++done.exact;
-    } else {
+      ++report.exact;
+    } else if (!(p.alive & bit)) {
       hit = {WalkEnd::t_max, {}, kNoFace, ray.t_max};
     }
   }
-  const uint64_t rest = p.wide ? p.alive : 0;
-  if (rest) walk_rest(p, rest, rays, hits, report);
-  done.rays = count - static_cast<size_t>(std::popcount(rest));
-  if (report) report->add(done);
+  return p.alive;
 }
 
 }  // namespace world

@@ -418,16 +418,8 @@ void RayStream::update(std::span<const LeafPos> dirty) {
   walker_ = MaskWalker(*volume_);
 }
 
-void RayStream::first_set(std::span<const GridRay> rays, std::span<GridHit> hits, StreamStart start,
-                          StreamReport* report) const {
-  StreamReport done;
-  done.rays = rays.size();
-  if (!bricks_.walkable()) {
-    for (size_t i = 0; i < rays.size(); ++i) hits[i] = walker_.first_set(rays[i]);
-    done.exact = rays.size();
-    if (report) report->add(done);
-    return;
-  }
+size_t RayStream::walk_lanes(std::span<const GridRay> rays, GridHit* hits, StreamStart start, uint32_t* unsure,
+                             StreamReport& report) const {
   const VoxelPos low = bricks_.low();
   BrickView view{reinterpret_cast<const int32_t*>(bricks_.codes()),
                  reinterpret_cast<const int32_t*>(bricks_.words()),
@@ -442,26 +434,51 @@ void RayStream::first_set(std::span<const GridRay> rays, std::span<GridHit> hits
     view.last[a] = bricks_.content().max[a] - low[a];
     view.size[a] = bricks_.leaves_along()[a] * kLeafSize;
   }
-  const int32_t plane = start.axis < 0 ? 0 : start.plane - low[start.axis];
-  uint32_t unsure[kSlice];
-  for (size_t begin = 0; begin < rays.size(); begin += kSlice) {
-    const size_t count = std::min(kSlice, rays.size() - begin);
-    const size_t again = HWY_DYNAMIC_DISPATCH(walk)(view, rays.data() + begin, hits.data() + begin, count, start.axis,
-                                                    plane, unsure, done.steps);
-    for (size_t i = 0; i < again; ++i) hits[begin + unsure[i]] = walker_.first_set(rays[begin + unsure[i]]);
-    done.exact += again;
+  return HWY_DYNAMIC_DISPATCH(walk)(view, rays.data(), hits, rays.size(), start.axis,
+                                    start.axis < 0 ? 0 : start.plane - low[start.axis], unsure, report.steps);
+}
+
+void RayStream::first_set(std::span<const GridRay> rays, std::span<GridHit> hits, StreamStart start,
+                          StreamReport* report) const {
+  StreamReport done;
+  done.rays = rays.size();
+  if (!bricks_.walkable()) {
+    for (size_t i = 0; i < rays.size(); ++i) hits[i] = walker_.first_set(rays[i]);
+    done.exact = rays.size();
+  } else {
+    uint32_t unsure[kSlice];
+    for (size_t begin = 0; begin < rays.size(); begin += kSlice) {
+      const size_t count = std::min(kSlice, rays.size() - begin);
+      const size_t again = walk_lanes(rays.subspan(begin, count), hits.data() + begin, start, unsure, done);
+      for (size_t i = 0; i < again; ++i) hits[begin + unsure[i]] = walker_.first_set(rays[begin + unsure[i]]);
+      done.exact += again;
+    }
   }
   if (report) report->add(done);
 }
 
-void RayStream::any_set(std::span<const GridRay> rays, std::span<uint8_t> blocked, StreamReport* report) const {
+namespace {
+
+template <class Cast>
+void set_flags(std::span<const GridRay> rays, std::span<uint8_t> blocked, Cast cast) {
   constexpr size_t kPiece = 1024;
   GridHit hits[kPiece];
   for (size_t begin = 0; begin < rays.size(); begin += kPiece) {
     const size_t count = std::min(kPiece, rays.size() - begin);
-    first_set(rays.subspan(begin, count), std::span(hits, count), {}, report);
+    cast(rays.subspan(begin, count), std::span(hits, count));
     for (size_t i = 0; i < count; ++i) blocked[begin + i] = hits[i].hit();
   }
+}
+
+}  // namespace
+
+void RayStream::any_set(std::span<const GridRay> rays, std::span<uint8_t> blocked, StreamReport* report) const {
+  set_flags(rays, blocked, [&](auto some, auto hits) { first_set(some, hits, {}, report); });
+}
+
+void RayStream::any_set_coherent(std::span<const GridRay> rays, std::span<uint8_t> blocked,
+                                 StreamReport* report) const {
+  set_flags(rays, blocked, [&](auto some, auto hits) { first_set_coherent(some, hits, report); });
 }
 
 const RayStream& StoreRays::stream(const Store& store, MaskKind kind) {

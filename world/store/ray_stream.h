@@ -51,15 +51,22 @@ class RayStream {
   void first_set_coherent(std::span<const GridRay> rays, std::span<GridHit> hits, StreamReport* report = nullptr) const;
   /// blocked[i]: 1 where anything is set on rays[i], else 0.
   void any_set(std::span<const GridRay> rays, std::span<uint8_t> blocked, StreamReport* report = nullptr) const;
+  /// The same for rays that run alike, as first_set_coherent.
+  void any_set_coherent(std::span<const GridRay> rays, std::span<uint8_t> blocked,
+                        StreamReport* report = nullptr) const;
 
   const BrickVolume& bricks() const { return bricks_; }
   const MaskWalker& walker() const { return walker_; }
 
  private:
-  void walk_rest(const struct Packet& packet, uint64_t which, std::span<const GridRay> rays, std::span<GridHit> hits,
-                 StreamReport* report) const;
-  void first_set_packet(struct Packet& packet, struct SliceCache& cache, std::span<const GridRay> rays,
-                        std::span<GridHit> hits, StreamReport* report) const;
+  /// Without walking anew what is unsure: its indices, unsure[0..returned).
+  size_t walk_lanes(std::span<const GridRay> rays, GridHit* hits, StreamStart start, uint32_t* unsure,
+                    StreamReport& report) const;
+  void walk_rest(struct RestOfRays& rest, std::span<const GridRay> rays, std::span<GridHit> hits,
+                 StreamReport& report) const;
+  /// Up to 64 rays; returns those, a bit each, that must go on in lanes.
+  uint64_t first_set_packet(struct Packet& packet, struct SliceCache& cache, std::span<const GridRay> rays,
+                            std::span<GridHit> hits, StreamReport& report) const;
 
   const MaskVolume* volume_;
   BrickVolume bricks_;
