@@ -27,7 +27,10 @@ using world::VoxelPos;
 using world::WalkEnd;
 using world::WalkPlace;
 
-constexpr int kTile = 8;                // 64 pixels: a packet of rays
+constexpr int kTile = 8;  // 64 pixels: a packet of rays, each 16 of which are a block of 4x4
+/// Pixel of a full tile by the order of its rays: bits of column and row in turn.
+constexpr int column_of(int i) { return (i & 1) | (i >> 1 & 2) | (i >> 2 & 4); }
+constexpr int row_of(int i) { return column_of(i >> 1); }
 constexpr int kLargestPicture = 16384;  // pixels a side, as the rasterizer's
 
 using Clock = std::chrono::steady_clock;

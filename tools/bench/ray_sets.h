@@ -15,6 +15,7 @@
 #include "world/base/jobs.h"
 #include "world/space/grid_walk.h"
 #include "world/store/mask_volume.h"
+#include "world/store/ray_stream.h"
 
 namespace tools {
 
@@ -25,6 +26,7 @@ struct BenchRay {
   world::Vec3f direction;  // unit length, to float
 
   /// The same ray for our own casters, to infinity.
+  world::StreamRay stream() const { return {voxel, fraction, direction}; }
   world::GridRay grid() const { return world::GridRay({voxel, world::Vec3d(fraction)}, world::Vec3d(direction)); }
 };
 static_assert(sizeof(BenchRay) == 36);

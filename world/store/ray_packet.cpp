@@ -37,7 +37,8 @@ struct alignas(64) Packet {
   // Where a ray has come to: hit cell, and by which axis it was entered: 0 main, 1 u, 2 v, -1 its start.
   int32_t hit_k[kPacket], hit_u[kPacket], hit_v[kPacket], hit_axis[kPacket];
   uint64_t alive = 0, hit = 0, unsure = 0;
-  float range = 0;  // |u|, |v|, |k| of all starts are at most this
+  uint64_t odd = 0;  // unsure from the start
+  float range = 0;   // |u|, |v|, |k| of all starts are at most this
   // Its frame.
   int main, u, v;
   int32_t flip;       // of the main axis: -1 where the rays go down
@@ -179,7 +180,7 @@ HWY_INLINE void walk_slice(Packet& p, const Slice& slice, size_t begin, size_t e
   };
 #endif
   const float k = static_cast<float>(slice.k);
-  const float error = (k + p.range) * 0x1p-21f;
+  const float error = (k + p.range) * 0x1p-22f;
   const F k_in = hn::Set(df, k), k_out = hn::Set(df, k + 1), half_less = hn::Set(df, 0.5f - error);
   const F tie = hn::Set(df, 2 * error);
   const I row = hn::Set(di, slice.row), column = hn::Set(di, slice.column), now = hn::Set(di, slice.k);
@@ -239,7 +240,10 @@ HWY_INLINE void walk_slice(Packet& p, const Slice& slice, size_t begin, size_t e
       const I two = hn::Set(di, 2);
       put(p.hit_u, pick(iu, bu, ju));
       put(p.hit_v, pick(iv, bv, jv));
-      put(p.hit_k, now);
+      // The unsure too: the exact walk begins here.
+      const auto either =
+          hn::And(hn::And(in, hn::Or(unsure, any)), hn::Eq(hn::Load(di, p.hit_k + at), hn::Set(di, INT32_MIN)));
+      hn::Store(hn::IfThenElse(either, now, hn::Load(di, p.hit_k + at)), di, p.hit_k + at);
       put(p.hit_axis, pick(hn::IfThenElseZero(starting, hn::Set(di, -1)), hn::IfThenElse(u_first, one, two),
                            hn::IfThenElse(u_first, two, one)));
     }
@@ -273,10 +277,11 @@ HWY_INLINE void prepare_packet(Packet& p, size_t count) {
     hn::Store(hn::IfThenElseZero(fine, yu), df, p.y_u + at);
     hn::Store(hn::IfThenElseZero(fine, yv), df, p.y_v + at);
     hn::Store(hn::Set(di, -2), di, p.hit_axis + at);
+    hn::Store(hn::Set(di, INT32_MIN), di, p.hit_k + at);
     p.alive |= bits_of(di, hn::RebindMask(di, fine)) << at;
   }
   const uint64_t given = count == 64 ? ~0ull : (1ull << count) - 1;
-  p.unsure = ~p.alive & given;
+  p.odd = p.unsure = ~p.alive & given;
   p.alive &= given;
   p.range = hn::GetLane(hn::MaxOfLanes(df, range)) + 2;
 }
@@ -477,12 +482,13 @@ bool move_to_plane(const GridRay& ray, int axis, int32_t plane, GridRay& moved) 
 
 }  // namespace
 
-void RayStream::walk_rest(RestOfRays& rest, std::span<const GridRay> rays, std::span<GridHit> hits,
+template <class Ray>
+void RayStream::walk_rest(RestOfRays& rest, std::span<const Ray> rays, std::span<GridHit> hits,
                           StreamReport& report) const {
-  const size_t again = walk_lanes({rest.moved, rest.count}, rest.hits, {}, rest.unsure, report);
+  const size_t again = walk_lanes(std::span<const GridRay>(rest.moved, rest.count), rest.hits, {}, rest.unsure, report);
   for (size_t i = 0; i < again; ++i) rest.hits[rest.unsure[i]].end = WalkEnd::rejected;
   for (size_t i = 0; i < rest.count; ++i) {
-    const GridRay& ray = rays[rest.index[i]];
+    const GridRay ray = rays[rest.index[i]];
     GridHit& hit = hits[rest.index[i]];
     const GridHit& found = rest.hits[i];
     hit = {WalkEnd::t_max, {}, kNoFace, ray.t_max};
@@ -490,7 +496,12 @@ void RayStream::walk_rest(RestOfRays& rest, std::span<const GridRay> rays, std::
       hit = walker_.first_set(ray);
       ++report.exact;
     } else if (found.hit()) {
-      const int face = found.face == kNoFace ? rest.face[i] : found.face, axis = face_axis(face);
+      const int face = found.face == kNoFace ? rest.face[i] : found.face;
+      if (face == kNoFace) {
+        hit = {WalkEnd::hit, found.voxel, kNoFace, 0};  // it starts there
+        continue;
+      }
+      const int axis = face_axis(face);
       const int32_t plane = found.voxel[axis] + (face & 1);
       const double t = (static_cast<double>(plane - ray.voxel[axis]) - ray.fraction[axis]) * (1 / ray.direction[axis]);
       if (t <= ray.t_max) hit = {WalkEnd::hit, found.voxel, face, t};
@@ -499,8 +510,28 @@ void RayStream::walk_rest(RestOfRays& rest, std::span<const GridRay> rays, std::
   rest.count = 0;
 }
 
-void RayStream::first_set_coherent(std::span<const GridRay> rays, std::span<GridHit> hits, StreamReport* report) const {
-  if (!bricks_.walkable()) return first_set(rays, hits, {}, report);
+GridHit RayStream::first_set_from(const GridRay& ray, int axis, int32_t plane) const {
+  if (!ray.valid()) return {};
+  const GridAxes axes(ray);
+  WalkPlace place{ray.voxel, 0, -1};
+  double t_limit = ray.t_max;
+  const GridHit miss{WalkEnd::t_max, {}, kNoFace, ray.t_max};
+  if (!walker_.clip(axes, place, t_limit)) return miss;
+  const double t = axes.t_at(axis, plane);
+  if (!(t <= t_limit)) return miss;
+  if (t > place.t) mask_walk::cross(axes, place, axis, t, plane);
+  if (!walker_.find(axes, place, t_limit)) return miss;
+  const int face = place.axis < 0 ? kNoFace : entered_face(place.axis, axes.upwards[place.axis] != 0);
+  return {WalkEnd::hit, place.voxel, face, place.t};
+}
+
+template <class Ray>
+void RayStream::walk_packets(std::span<const Ray> rays, std::span<GridHit> hits, StreamReport* report) const {
+  if (!bricks_.walkable()) {
+    for (size_t i = 0; i < rays.size(); ++i) hits[i] = walker_.first_set(rays[i]);
+    if (report) report->add({rays.size(), rays.size(), 0});
+    return;
+  }
   SliceCache cache;
   Packet packet;
   alignas(RestOfRays) unsigned char room[sizeof(RestOfRays)];  // its rays are written before they are read
@@ -538,11 +569,12 @@ void RayStream::first_set_coherent(std::span<const GridRay> rays, std::span<Grid
   if (report) report->add(done);
 }
 
-uint64_t RayStream::first_set_packet(Packet& p, SliceCache& cache, std::span<const GridRay> rays,
-                                     std::span<GridHit> hits, StreamReport& report) const {
+template <class Ray>
+uint64_t RayStream::first_set_packet(Packet& p, SliceCache& cache, std::span<const Ray> rays, std::span<GridHit> hits,
+                                     StreamReport& report) const {
   const size_t count = rays.size();
-  const GridRay& middle = rays[count / 2];
-  const Vec3d lead = middle.direction;
+  const Ray& middle = rays[count / 2];
+  const Vec3d lead(middle.direction);
   int m = std::abs(lead.x) >= std::abs(lead.y) ? 0 : 1;
   if (std::abs(lead.z) > std::abs(lead[m])) m = 2;
   const int u = m == 0 ? 1 : 0, v = m == 2 ? 1 : 2;
@@ -552,8 +584,8 @@ uint64_t RayStream::first_set_packet(Packet& p, SliceCache& cache, std::span<con
   const VoxelPos low = bricks_.low();
   p.corner[0] = INT32_MAX, p.corner[1] = middle.voxel[u] - low[u], p.corner[2] = middle.voxel[v] - low[v];
   for (size_t i = 0; i < kPacket; ++i) {
-    const GridRay& ray = rays[i < count ? i : count - 1];
-    const double *fraction = &ray.fraction.x, *direction = &ray.direction.x;
+    const Ray& ray = rays[i < count ? i : count - 1];
+    const auto *fraction = &ray.fraction.x, *direction = &ray.direction.x;
     p.fraction[0][i] = static_cast<float>(fraction[m]), p.direction[0][i] = static_cast<float>(direction[m]);
     p.fraction[1][i] = static_cast<float>(fraction[u]), p.direction[1][i] = static_cast<float>(direction[u]);
     p.fraction[2][i] = static_cast<float>(fraction[v]), p.direction[2][i] = static_cast<float>(direction[v]);
@@ -569,7 +601,7 @@ uint64_t RayStream::first_set_packet(Packet& p, SliceCache& cache, std::span<con
   const int axes[4] = {0, m, u, v};
   const int32_t corner_k = p.corner[0], corner_u = p.corner[1] + low[u], corner_v = p.corner[2] + low[v];
   for (size_t i = 0; i < count; ++i) {
-    const GridRay& ray = rays[i];
+    const Ray& ray = rays[i];
     GridHit& hit = hits[i];
     const uint64_t bit = 1ull << i;
     if (p.hit & bit) {
@@ -588,13 +620,25 @@ uint64_t RayStream::first_set_packet(Packet& p, SliceCache& cache, std::span<con
       else
         hit = {WalkEnd::t_max, {}, kNoFace, ray.t_max};
     } else if (p.unsure & bit) {
-      hit = walker_.first_set(ray);
+      const int32_t k = p.hit_k[i];
+      hit = k > p.start_k[i] && !(p.odd & bit)
+                ? first_set_from(ray, m, ((corner_k + k) ^ p.flip) + (p.flip ? 1 : 0) + low[m])
+                : walker_.first_set(ray);
       ++report.exact;
     } else if (!(p.alive & bit)) {
       hit = {WalkEnd::t_max, {}, kNoFace, ray.t_max};
     }
   }
   return p.alive;
+}
+
+void RayStream::first_set_coherent(std::span<const GridRay> rays, std::span<GridHit> hits, StreamReport* report) const {
+  walk_packets(rays, hits, report);
+}
+
+void RayStream::first_set_coherent(std::span<const StreamRay> rays, std::span<GridHit> hits,
+                                   StreamReport* report) const {
+  walk_packets(rays, hits, report);
 }
 
 }  // namespace world

@@ -281,8 +281,9 @@ HWY_INLINE Ended step(const BrickView& bricks, Lanes& lanes, int from) {
 }
 
 /// Walks all rays to their ends, and says which must be walked in double: unsure[0..returned).
-size_t walk(const BrickView& bricks, const GridRay* rays, GridHit* hits, size_t count, int start_axis,
-            int32_t start_plane, uint32_t* unsure, uint64_t& steps) {
+template <class Ray>
+size_t walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t count, int start_axis, int32_t start_plane,
+            uint32_t* unsure, uint64_t& steps) {
   constexpr int kGroups = 4;
   const size_t width = hn::Lanes(Ints());
   Lanes group[kGroups];
@@ -296,7 +297,7 @@ size_t walk(const BrickView& bricks, const GridRay* rays, GridHit* hits, size_t 
       chunk = chunk_end;
       chunk_end = std::min(chunk + kChunk, count);
       for (size_t i = 0; i < kChunk; ++i) {
-        const GridRay& ray = rays[std::min(chunk + i, count - 1)];
+        const Ray& ray = rays[std::min(chunk + i, count - 1)];
         for (int a = 0; a < 3; ++a) {
           ready.fraction[a][i] = static_cast<float>((&ray.fraction.x)[a]);
           ready.direction[a][i] = static_cast<float>((&ray.direction.x)[a]);
@@ -361,13 +362,14 @@ size_t walk(const BrickView& bricks, const GridRay* rays, GridHit* hits, size_t 
       }
       if (ended.hit >> lane & 1) {
         // The exact t of the plane that was crossed.
-        const GridRay& ray = rays[i];
+        const Ray& ray = rays[i];
         const int axis = lanes.axis[from][lane], along = axis < 0 ? 0 : axis;
         const int32_t flip = lanes.flip[along][lane];
         int32_t voxel[3];
         for (int a = 0; a < 3; ++a) voxel[a] = (lanes.cell[from][a][lane] ^ lanes.flip[a][lane]) + (&bricks.low.x)[a];
         const double plane = static_cast<double>(voxel[along] - flip - (&ray.voxel.x)[along]);
-        const double t = axis < 0 ? 0 : (plane - (&ray.fraction.x)[along]) * (1 / (&ray.direction.x)[along]);
+        const double direction = (&ray.direction.x)[along];
+        const double t = axis < 0 ? 0 : (plane - (&ray.fraction.x)[along]) * (1 / direction);
         if (t <= ray.t_max)
           hits[i] = {
               WalkEnd::hit, {voxel[0], voxel[1], voxel[2]}, axis < 0 ? kNoFace : entered_face(along, flip == 0), t};
@@ -400,6 +402,15 @@ size_t walk(const BrickView& bricks, const GridRay* rays, GridHit* hits, size_t 
   return unsure_count;
 }
 
+size_t walk_grid_rays(const BrickView& bricks, const GridRay* rays, GridHit* hits, size_t count, int start_axis,
+                      int32_t start_plane, uint32_t* unsure, uint64_t& steps) {
+  return walk(bricks, rays, hits, count, start_axis, start_plane, unsure, steps);
+}
+size_t walk_stream_rays(const BrickView& bricks, const StreamRay* rays, GridHit* hits, size_t count, int start_axis,
+                        int32_t start_plane, uint32_t* unsure, uint64_t& steps) {
+  return walk(bricks, rays, hits, count, start_axis, start_plane, unsure, steps);
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace world
 HWY_AFTER_NAMESPACE();
@@ -408,8 +419,9 @@ HWY_AFTER_NAMESPACE();
 namespace world {
 
 namespace {
-HWY_EXPORT(walk);
-}
+HWY_EXPORT(walk_grid_rays);
+HWY_EXPORT(walk_stream_rays);
+}  // namespace
 
 RayStream::RayStream(const MaskVolume& volume) : volume_(&volume), bricks_(volume), walker_(volume) {}
 
@@ -418,7 +430,8 @@ void RayStream::update(std::span<const LeafPos> dirty) {
   walker_ = MaskWalker(*volume_);
 }
 
-size_t RayStream::walk_lanes(std::span<const GridRay> rays, GridHit* hits, StreamStart start, uint32_t* unsure,
+template <class Ray>
+size_t RayStream::walk_lanes(std::span<const Ray> rays, GridHit* hits, StreamStart start, uint32_t* unsure,
                              StreamReport& report) const {
   const VoxelPos low = bricks_.low();
   BrickView view{reinterpret_cast<const int32_t*>(bricks_.codes()),
@@ -434,12 +447,20 @@ size_t RayStream::walk_lanes(std::span<const GridRay> rays, GridHit* hits, Strea
     view.last[a] = bricks_.content().max[a] - low[a];
     view.size[a] = bricks_.leaves_along()[a] * kLeafSize;
   }
-  return HWY_DYNAMIC_DISPATCH(walk)(view, rays.data(), hits, rays.size(), start.axis,
-                                    start.axis < 0 ? 0 : start.plane - low[start.axis], unsure, report.steps);
+  const int32_t plane = start.axis < 0 ? 0 : start.plane - low[start.axis];
+  if constexpr (std::is_same_v<Ray, GridRay>)
+    return HWY_DYNAMIC_DISPATCH(walk_grid_rays)(view, rays.data(), hits, rays.size(), start.axis, plane, unsure,
+                                                report.steps);
+  else
+    return HWY_DYNAMIC_DISPATCH(walk_stream_rays)(view, rays.data(), hits, rays.size(), start.axis, plane, unsure,
+                                                  report.steps);
 }
 
-void RayStream::first_set(std::span<const GridRay> rays, std::span<GridHit> hits, StreamStart start,
-                          StreamReport* report) const {
+template size_t RayStream::walk_lanes(std::span<const GridRay>, GridHit*, StreamStart, uint32_t*, StreamReport&) const;
+
+template <class Ray>
+void RayStream::walk_all(std::span<const Ray> rays, std::span<GridHit> hits, StreamStart start,
+                         StreamReport* report) const {
   StreamReport done;
   done.rays = rays.size();
   if (!bricks_.walkable()) {
@@ -457,10 +478,19 @@ void RayStream::first_set(std::span<const GridRay> rays, std::span<GridHit> hits
   if (report) report->add(done);
 }
 
+void RayStream::first_set(std::span<const GridRay> rays, std::span<GridHit> hits, StreamStart start,
+                          StreamReport* report) const {
+  walk_all(rays, hits, start, report);
+}
+
+void RayStream::first_set(std::span<const StreamRay> rays, std::span<GridHit> hits, StreamReport* report) const {
+  walk_all(rays, hits, {}, report);
+}
+
 namespace {
 
-template <class Cast>
-void set_flags(std::span<const GridRay> rays, std::span<uint8_t> blocked, Cast cast) {
+template <class Ray, class Cast>
+void set_flags(std::span<const Ray> rays, std::span<uint8_t> blocked, Cast cast) {
   constexpr size_t kPiece = 1024;
   GridHit hits[kPiece];
   for (size_t begin = 0; begin < rays.size(); begin += kPiece) {
@@ -477,6 +507,11 @@ void RayStream::any_set(std::span<const GridRay> rays, std::span<uint8_t> blocke
 }
 
 void RayStream::any_set_coherent(std::span<const GridRay> rays, std::span<uint8_t> blocked,
+                                 StreamReport* report) const {
+  set_flags(rays, blocked, [&](auto some, auto hits) { first_set_coherent(some, hits, report); });
+}
+
+void RayStream::any_set_coherent(std::span<const StreamRay> rays, std::span<uint8_t> blocked,
                                  StreamReport* report) const {
   set_flags(rays, blocked, [&](auto some, auto hits) { first_set_coherent(some, hits, report); });
 }

@@ -13,6 +13,7 @@
 ///        Arithmetic and Fast Robust Geometric Predicates. 1997
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <span>
 
@@ -27,6 +28,17 @@ struct StreamStart {
   int axis = -1;
   int32_t plane = 0;
 };
+
+/// A ray in floats, half as many bytes as a GridRay; exact in itself, since its numbers are what the hit follows from.
+struct StreamRay {
+  VoxelPos voxel;
+  Vec3f fraction{0};   // 0..1
+  Vec3f direction{0};  // any length
+  float t_max = std::numeric_limits<float>::infinity();
+
+  operator GridRay() const { return {{voxel, Vec3d(fraction)}, Vec3d(direction), t_max}; }
+};
+static_assert(sizeof(StreamRay) == 40);
 
 struct StreamReport {
   uint64_t rays = 0;
@@ -46,27 +58,42 @@ class RayStream {
   /// rays that hit nothing, which is t_max, and their t.
   void first_set(std::span<const GridRay> rays, std::span<GridHit> hits, StreamStart start = {},
                  StreamReport* report = nullptr) const;
+  void first_set(std::span<const StreamRay> rays, std::span<GridHit> hits, StreamReport* report = nullptr) const;
   /// The same hits, for rays of which each 64 in a row run much the same way: pixels of a tile of 8x8, or parallel rays
   /// from near each other. Several times faster where they do, a little slower where they don't.
   void first_set_coherent(std::span<const GridRay> rays, std::span<GridHit> hits, StreamReport* report = nullptr) const;
+  void first_set_coherent(std::span<const StreamRay> rays, std::span<GridHit> hits,
+                          StreamReport* report = nullptr) const;
   /// blocked[i]: 1 where anything is set on rays[i], else 0.
   void any_set(std::span<const GridRay> rays, std::span<uint8_t> blocked, StreamReport* report = nullptr) const;
   /// The same for rays that run alike, as first_set_coherent.
   void any_set_coherent(std::span<const GridRay> rays, std::span<uint8_t> blocked,
+                        StreamReport* report = nullptr) const;
+  void any_set_coherent(std::span<const StreamRay> rays, std::span<uint8_t> blocked,
                         StreamReport* report = nullptr) const;
 
   const BrickVolume& bricks() const { return bricks_; }
   const MaskWalker& walker() const { return walker_; }
 
  private:
+  // Ray: GridRay or StreamRay.
   /// Without walking anew what is unsure: its indices, unsure[0..returned).
-  size_t walk_lanes(std::span<const GridRay> rays, GridHit* hits, StreamStart start, uint32_t* unsure,
+  template <class Ray>
+  size_t walk_lanes(std::span<const Ray> rays, GridHit* hits, StreamStart start, uint32_t* unsure,
                     StreamReport& report) const;
-  void walk_rest(struct RestOfRays& rest, std::span<const GridRay> rays, std::span<GridHit> hits,
+  template <class Ray>
+  void walk_all(std::span<const Ray> rays, std::span<GridHit> hits, StreamStart start, StreamReport* report) const;
+  template <class Ray>
+  void walk_packets(std::span<const Ray> rays, std::span<GridHit> hits, StreamReport* report) const;
+  template <class Ray>
+  void walk_rest(struct RestOfRays& rest, std::span<const Ray> rays, std::span<GridHit> hits,
                  StreamReport& report) const;
   /// Up to 64 rays; returns those, a bit each, that must go on in lanes.
-  uint64_t first_set_packet(struct Packet& packet, struct SliceCache& cache, std::span<const GridRay> rays,
+  template <class Ray>
+  uint64_t first_set_packet(struct Packet& packet, struct SliceCache& cache, std::span<const Ray> rays,
                             std::span<GridHit> hits, StreamReport& report) const;
+  /// The exact walk from where the ray crosses the plane, before which it meets nothing.
+  GridHit first_set_from(const GridRay& ray, int axis, int32_t plane) const;
 
   const MaskVolume* volume_;
   BrickVolume bricks_;

@@ -155,6 +155,28 @@ TEST(RayStream, PacketsOfEveryKindHitWhatTheExactWalkHits) {
   EXPECT_LT(lanes, total);  // most never fall back to lanes
 }
 
+TEST(RayStream, RaysInFloatsHitWhatTheSameRaysInDoublesHit) {
+  const MaskVolume volume = random_volume(15, {0, 0, 0}, 0.02);
+  const RayStream stream(volume);
+  const MaskWalker walker(volume);
+  std::vector<StreamRay> rays;
+  for (const GridRay& ray : random_rays(16, {0, 0, 0}, 5000)) {
+    rays.push_back({ray.voxel, Vec3f(ray.fraction), Vec3f(ray.direction)});
+    if (ray.t_max < kInfinity) rays.back().t_max = static_cast<float>(ray.t_max);
+  }
+  std::vector<GridHit> hits(rays.size()), packed(rays.size());
+  std::vector<uint8_t> blocked(rays.size());
+  stream.first_set(rays, hits);
+  stream.first_set_coherent(rays, packed);
+  stream.any_set_coherent(rays, blocked);
+  for (size_t i = 0; i < rays.size(); ++i) {
+    const GridHit exact = walker.first_set(rays[i]);
+    ASSERT_TRUE(same_hit(hits[i], exact)) << i;
+    ASSERT_TRUE(same_hit(packed[i], exact)) << i;
+    ASSERT_EQ(blocked[i] != 0, exact.hit()) << i;
+  }
+}
+
 TEST(RayStream, BlockedSaysWhetherThereIsAHit) {
   const MaskVolume volume = random_volume(10, {0, 0, 0}, 0.02);
   const RayStream stream(volume);

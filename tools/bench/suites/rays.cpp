@@ -27,6 +27,7 @@ using world::LeafPos;
 using world::MaskKind;
 using world::MaskVolume;
 using world::Store;
+using world::StreamRay;
 using world::VoxelPos;
 using world::World;
 
@@ -38,13 +39,15 @@ class Caster {
   /// Follows an edit of these leaves.
   void update(std::span<const LeafPos> dirty) { stream_.update(dirty); }
   /// `coherent`: each 64 in a row are pixels of a tile.
-  void first_hits(std::span<const GridRay> rays, std::span<GridHit> hits, bool coherent) const {
+  void first_hits(std::span<const StreamRay> rays, std::span<GridHit> hits, bool coherent) const {
     if (coherent)
       stream_.first_set_coherent(rays, hits);
     else
       stream_.first_set(rays, hits);
   }
-  void any_hits(std::span<const GridRay> rays, std::span<uint8_t> blocked) const { stream_.any_set(rays, blocked); }
+  void any_hits(std::span<const StreamRay> rays, std::span<uint8_t> blocked) const {
+    stream_.any_set_coherent(rays, blocked);
+  }
   size_t bytes() const { return stream_.bricks().bytes(); }
 
  private:
@@ -82,7 +85,7 @@ constexpr size_t kComparedShare = 64;
 struct CastInput {
   std::shared_ptr<Input> input;
   Rays kind = Rays::primary;
-  std::vector<GridRay> rays;
+  std::vector<StreamRay> rays;
   std::vector<BenchRay> slow, compared;
   std::shared_ptr<const EmbreeRays::Loaded> loaded;
   std::shared_ptr<Caster> ours;
@@ -103,7 +106,7 @@ Result<std::shared_ptr<CastInput>> make_cast_input(BenchContext& context, Rays k
   const std::vector<BenchRay>& rays = kind == Rays::primary   ? sets->primary
                                       : kind == Rays::diffuse ? sets->diffuse
                                                               : sets->shadow;
-  for (const BenchRay& ray : rays) cast->rays.push_back(ray.grid());
+  for (const BenchRay& ray : rays) cast->rays.push_back(ray.stream());
   cast->slow = sample_blocks(rays, kSlowShare);
   cast->compared = sample_blocks(rays, kComparedShare);
   cast->loaded = EmbreeRays::load(rays);
@@ -149,8 +152,8 @@ std::vector<GridHit> exact_hits(const CastInput& cast) {
 
 Status check_ours(const CastInput& cast) {
   const std::vector<GridHit> exact = exact_hits(cast);
-  std::vector<GridRay> rays;
-  for (const BenchRay& ray : cast.compared) rays.push_back(ray.grid());
+  std::vector<StreamRay> rays;
+  for (const BenchRay& ray : cast.compared) rays.push_back(ray.stream());
   std::vector<GridHit> hits(rays.size());
   std::vector<uint8_t> blocked(rays.size());
   const bool any = cast.kind == Rays::shadow;
@@ -258,9 +261,9 @@ Result<Prepared> prepare_edit(BenchContext& context) {
                            [=] {
                              const BenchRay ray = ours->edit();
                              ours->caster.update(ours->world.store.take_dirty(ours->subscriber));
-                             const GridRay grid_ray = ray.grid();
+                             const StreamRay stream_ray = ray.stream();
                              GridHit hit;
-                             ours->caster.first_hits({&grid_ray, 1}, {&hit, 1}, false);
+                             ours->caster.first_hits({&stream_ray, 1}, {&hit, 1}, false);
                              return ours->right({hit.hit(), hit.voxel}) ? 1 : std::nan("");
                            }},
                   .rivals = {{"Embree, the chunk's faces and tree anew", [=] {
