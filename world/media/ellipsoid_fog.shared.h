@@ -12,28 +12,28 @@ SHARED_NAMESPACE(world)
 
 SHARED_CONST uint ellipsoid_fog_keys = kMediumPosition | kMediumHalfExtent;
 
-SHARED Real2 ellipsoid_fog_span(SHARED_IN(MediumShape) m, Real3 origin, Real3 direction) {
-  Real3 o = origin / m.half_extent, d = direction / m.half_extent;
-  Real a = dot(d, d);
-  Real middle = -dot(o, d) / a;
-  Real3 nearest = o + middle * d;
+SHARED real2 ellipsoid_fog_span(SHARED_IN(MediumShape) m, real3 origin, real3 direction) {
+  real3 o = origin / m.half_extent, d = direction / m.half_extent;
+  real a = dot(d, d);
+  real middle = -dot(o, d) / a;
+  real3 nearest = o + middle * d;
   /* Once more from there: takes back what rounding moved it along the line. */
-  Real rest = -dot(nearest, d) / a;
+  real rest = -dot(nearest, d) / a;
   nearest += rest * d;
   middle += rest;
-  Real distance = length(nearest);
-  Real discriminant = (1.0 - distance) * (1.0 + distance);
+  real distance = length(nearest);
+  real discriminant = (1.0 - distance) * (1.0 + distance);
   if (!(discriminant > 0.0)) return medium_nowhere();
-  Real half_chord = sqrt(discriminant / a);
-  return Real2(middle - half_chord, middle + half_chord);
+  real half_chord = sqrt(discriminant / a);
+  return real2(middle - half_chord, middle + half_chord);
 }
-SHARED Real ellipsoid_fog_density(SHARED_IN(MediumShape) m, Real3 point) {
-  Real3 p = point / m.half_extent;
+SHARED real ellipsoid_fog_density(SHARED_IN(MediumShape) m, real3 point) {
+  real3 p = point / m.half_extent;
   return dot(p, p) <= 1.0 ? 1.0 : 0.0;
 }
-SHARED Real ellipsoid_fog_depth(SHARED_IN(MediumShape), Real3, Real3, Real t0, Real t1) { return t1 - t0; }
-SHARED Real ellipsoid_fog_largest(SHARED_IN(MediumShape), Real3, Real3, Real, Real) { return 1.0; }
-SHARED Real ellipsoid_fog_reach(SHARED_IN(MediumShape), Real3, Real3, Real t0, Real depth) { return t0 + depth; }
+SHARED real ellipsoid_fog_depth(SHARED_IN(MediumShape), real3, real3, real t0, real t1) { return t1 - t0; }
+SHARED real ellipsoid_fog_largest(SHARED_IN(MediumShape), real3, real3, real, real) { return 1.0; }
+SHARED real ellipsoid_fog_reach(SHARED_IN(MediumShape), real3, real3, real t0, real depth) { return t0 + depth; }
 
 SHARED_NAMESPACE_END
 

@@ -8,7 +8,7 @@
 
 SHARED_NAMESPACE(world)
 
-SHARED Real2 medium_span(uint kind, SHARED_IN(MediumShape) m, Real3 origin, Real3 direction) {
+SHARED real2 medium_span(uint kind, SHARED_IN(MediumShape) m, real3 origin, real3 direction) {
   switch (kind) {
 #define MEDIUM(name)  \
   case MEDIUM_##name: \
@@ -19,7 +19,7 @@ SHARED Real2 medium_span(uint kind, SHARED_IN(MediumShape) m, Real3 origin, Real
   return medium_nowhere();
 }
 
-SHARED Real medium_density(uint kind, SHARED_IN(MediumShape) m, Real3 point) {
+SHARED real medium_density(uint kind, SHARED_IN(MediumShape) m, real3 point) {
   switch (kind) {
 #define MEDIUM(name)  \
   case MEDIUM_##name: \
@@ -31,8 +31,8 @@ SHARED Real medium_density(uint kind, SHARED_IN(MediumShape) m, Real3 point) {
 }
 
 /* Integral of the density over [t0, t1], in m; outside the span it is 0. */
-SHARED Real medium_depth(uint kind, SHARED_IN(MediumShape) m, Real3 origin, Real3 direction, Real t0, Real t1) {
-  Real2 span = medium_span(kind, m, origin, direction);
+SHARED real medium_depth(uint kind, SHARED_IN(MediumShape) m, real3 origin, real3 direction, real t0, real t1) {
+  real2 span = medium_span(kind, m, origin, direction);
   t0 = max(t0, span.x);
   t1 = min(t1, span.y);
   if (!(t0 < t1)) return 0.0;
@@ -44,6 +44,25 @@ SHARED Real medium_depth(uint kind, SHARED_IN(MediumShape) m, Real3 origin, Real
 #undef MEDIUM
   }
   return 0.0;
+}
+
+/* The t at which the depth from t0 on is `depth`; infinite where it is not before t1. */
+SHARED real medium_reach(uint kind, SHARED_IN(MediumShape) m, real3 origin, real3 direction, real t0, real t1,
+                         real depth) {
+  real2 span = medium_span(kind, m, origin, direction);
+  t0 = max(t0, span.x);
+  t1 = min(t1, span.y);
+  if (!(t0 < t1)) return kMediumFar;
+  real t = kMediumFar;
+  switch (kind) {
+#define MEDIUM(name)                                   \
+  case MEDIUM_##name:                                  \
+    t = name##_reach(m, origin, direction, t0, depth); \
+    break;
+#include "world_media.list.h"
+#undef MEDIUM
+  }
+  return t < t1 ? t : kMediumFar;
 }
 
 SHARED_NAMESPACE_END

@@ -15,21 +15,21 @@ SHARED_NAMESPACE(world)
 
 SHARED_CONST uint height_fog_keys = kMediumPosition | kMediumScaleHeight;
 
-SHARED Real height_fog_y(Real3 origin, Real3 direction, Real t) {
+SHARED real height_fog_y(real3 origin, real3 direction, real t) {
   return direction.y == 0.0 ? origin.y : origin.y + t * direction.y;
 }
-SHARED Real2 height_fog_span(SHARED_IN(MediumShape), Real3, Real3) { return medium_everywhere(); }
-SHARED Real height_fog_density(SHARED_IN(MediumShape) m, Real3 point) { return exp(-point.y / m.scale_height); }
+SHARED real2 height_fog_span(SHARED_IN(MediumShape), real3, real3) { return medium_everywhere(); }
+SHARED real height_fog_density(SHARED_IN(MediumShape) m, real3 point) { return exp(-point.y / m.scale_height); }
 
-SHARED Real height_fog_largest(SHARED_IN(MediumShape) m, Real3 origin, Real3 direction, Real t0, Real t1) {
-  Real lower = height_fog_y(origin, direction, direction.y < 0.0 ? t1 : t0);
+SHARED real height_fog_largest(SHARED_IN(MediumShape) m, real3 origin, real3 direction, real t0, real t1) {
+  real lower = height_fog_y(origin, direction, direction.y < 0.0 ? t1 : t0);
   return exp(-lower / m.scale_height);
 }
 
-SHARED Real height_fog_depth(SHARED_IN(MediumShape) m, Real3 origin, Real3 direction, Real t0, Real t1) {
-  Real largest = height_fog_largest(m, origin, direction, t0, t1);
-  Real slope = abs(direction.y), stretch = t1 - t0;
-  Real x = stretch * slope / m.scale_height;
+SHARED real height_fog_depth(SHARED_IN(MediumShape) m, real3 origin, real3 direction, real t0, real t1) {
+  real largest = height_fog_largest(m, origin, direction, t0, t1);
+  real slope = abs(direction.y), stretch = t1 - t0;
+  real x = stretch * slope / m.scale_height;
   /* Far above, where the density underflows, or on a stretch of no length: nothing, though the other be infinite. */
   if (!(largest > 0.0) || !(stretch > 0.0)) return 0.0;
   if (x > 1.0) return largest * (m.scale_height / slope * opacity(x));
@@ -37,13 +37,13 @@ SHARED Real height_fog_depth(SHARED_IN(MediumShape) m, Real3 origin, Real3 direc
 }
 
 /* With r = density at t0 and q = depth slope / r:  t0 - log(1 - q) / slope, slope = direction.y / scale_height */
-SHARED Real height_fog_reach(SHARED_IN(MediumShape) m, Real3 origin, Real3 direction, Real t0, Real depth) {
+SHARED real height_fog_reach(SHARED_IN(MediumShape) m, real3 origin, real3 direction, real t0, real depth) {
   if (!(depth > 0.0)) return t0;
   if (!(depth < kMediumFar)) return kMediumFar;
-  Real above = height_fog_y(origin, direction, t0) / m.scale_height;
-  Real slope = direction.y / m.scale_height;
-  Real level = depth * exp(above); /* how far it would be along a level line; infinite where r underflows */
-  Real q = level * slope;
+  real above = height_fog_y(origin, direction, t0) / m.scale_height;
+  real slope = direction.y / m.scale_height;
+  real level = depth * exp(above); /* how far it would be along a level line; infinite where r underflows */
+  real q = level * slope;
   if (q >= 1.0) return kMediumFar;
   /* Downwards it is always reached, though r underflow: by q's logarithm. */
   if (q < -1e10) return t0 - soft_plus(log(depth) + log(-slope) + above) / slope;
