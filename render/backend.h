@@ -2,8 +2,11 @@
 /// after, in render/image/display.h, the same for all.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -21,17 +24,39 @@ struct PassReport {
   uint64_t draws = 0, bytes = 0;
 };
 
+/// Work done for one effect of the world; 0 where the world doesn't call for it.
+struct EffectWork {
+  std::string name;
+  uint64_t work = 0;  // rays, samples or stretches, as the effect has them
+};
+
 struct FrameReport {
   double ms = 0;             // the whole picture
   uint64_t rays = 0;         // cast
   uint64_t faces_drawn = 0;  // quads sent to the rasterizer
   std::vector<PassReport> passes;
   std::string device;  // what drew it
+  // Of backends that take samples.
+  uint32_t samples = 0;       // a pixel
+  double relative_error = 0;  // standard error of the picture over its mean, see Film; 0: not known
+  uint64_t nan_samples = 0;   // left out because they were not finite
+  std::vector<EffectWork> work;
 };
 
 struct Frame {
   Image image;
   FrameReport report;
+  Image variance{};  // of one sample, by pixel and band; empty where a backend takes none
+};
+
+/// What a picture by samples is told beside its knobs.
+struct Sampling {
+  uint64_t seed = 1;
+  double error = 0;            // stops at this relative error, checked every 16 samples; 0: at the knob spp alone
+  std::filesystem::path film;  // samples so far: read where it exists, written at the end and on the way; none if empty
+  std::map<std::string, std::string> picture;  // names what the film's samples depend on beside size, knobs and seed
+  std::function<void(uint32_t samples, double relative_error)> progress;
+  const std::atomic<bool>* stop = nullptr;  // set: ends after the samples at hand, and writes the film
 };
 
 /// A backend keeps what it derived from a world between pictures (extracted faces, pipelines) and follows the store's
@@ -39,6 +64,7 @@ struct Frame {
 class Backend {
  public:
   virtual ~Backend() = default;
+  Sampling sampling;  // read by backends that take samples
   virtual world::Result<Frame> render(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs,
                                       int width, int height) = 0;
 };

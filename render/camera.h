@@ -1,4 +1,4 @@
-/// A pinhole camera whose rays are relative to its own voxel, so that pictures don't depend on the distance from the
+/// A pinhole or thin lens camera whose rays are relative to its own voxel, so that pictures don't depend on the distance from the
 /// origin: positions enter the arithmetic only as (voxel - camera voxel), an exact integer.
 #pragma once
 
@@ -15,10 +15,13 @@ struct Camera {
   world::WorldPoint position;
   Vec3d forward{0, 0, -1};       // unit length
   double vertical_fov = 1.0472;  // radians, 0 < fov < pi
+  double lens_radius = 0;        // m; 0: a pinhole, and all there is for raster
+  double focus_distance = 10;    // m along forward, > 0: what lies there is sharp
 
   static Camera from(const world::CameraPlacement& placement) {
     return {placement.position, glm::normalize(placement.forward),
-            placement.vertical_fov_deg * 3.14159265358979323846 / 180};
+            placement.vertical_fov_deg * 3.14159265358979323846 / 180, placement.lens_radius_m,
+            placement.focus_distance_m};
   }
 };
 

@@ -10,8 +10,14 @@ namespace render {
 
 enum class SunShadow { none, ray };
 enum class FaceEdges { hardware, exact };
+enum class LightTransport { direct, ambient_occlusion, whitted, path, photons };
+enum class SampleSequence { random, sobol };
 constexpr auto knob_choices(SunShadow) { return std::array<std::string_view, 2>{"none", "ray"}; }
 constexpr auto knob_choices(FaceEdges) { return std::array<std::string_view, 2>{"hardware", "exact"}; }
+constexpr auto knob_choices(LightTransport) {
+  return std::array<std::string_view, 5>{"direct", "ambient_occlusion", "whitted", "path", "photons"};
+}
+constexpr auto knob_choices(SampleSequence) { return std::array<std::string_view, 2>{"random", "sobol"}; }
 
 struct RenderKnobs {
 #define KNOB(name, type, fast, usual, exact, unit, what) type name = usual;

@@ -1,6 +1,7 @@
 #include "render/shading.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace render {
 
@@ -24,6 +25,16 @@ world::Irradiance3 sky_irradiance(const world::Environment& e, int face) {
   if (face == world::kFacePosY) return irradiance(e.sky_horizon, kPi) + irradiance(slope, 2 * kPi / 3);
   if (face == world::kFaceNegY) return irradiance(e.sky_ground, kPi);
   return irradiance(e.sky_horizon, kPi / 2) + irradiance(slope, 2.0f / 3) + irradiance(e.sky_ground, kPi / 2);
+}
+
+world::Irradiance3 sky_irradiance(const world::Environment& e, const world::Vec3d& n) {
+  // The sky's part above a tilted surface is a lune of angle pi - a, where a = acos(n.y). Over it, in coordinates
+  // around the lune's axis, the integral of w.y (n . w) is 4/3 ((pi - a) cos a + sin a) / 2.
+  const double y = std::clamp(n.y, -1.0, 1.0), a = std::acos(y), pi = 3.14159265358979323846;
+  const float uniform = static_cast<float>(pi * (1 + y) / 2), ground = static_cast<float>(pi * (1 - y) / 2),
+              slope = static_cast<float>(2.0 / 3 * ((pi - a) * y + std::sqrt(1 - y * y)));
+  const Rgb l = e.sky_horizon * uniform + (e.sky_zenith - e.sky_horizon) * slope + e.sky_ground * ground;
+  return {l.r, l.g, l.b};
 }
 
 Shading::Shading(const world::Environment& environment, const world::BlockPalette& palette) {

@@ -39,5 +39,7 @@ struct Shading {
 Rgb sky_radiance(const world::Environment& environment, double cosine);
 /// Irradiance of the whole sky and ground on a face of the voxel grid, closed form.
 world::Irradiance3 sky_irradiance(const world::Environment& environment, int face);
+/// The same on a surface with any unit normal.
+world::Irradiance3 sky_irradiance(const world::Environment& environment, const world::Vec3d& normal);
 
 }  // namespace render

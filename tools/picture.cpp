@@ -105,6 +105,15 @@ nlohmann::json report_json(const render::FrameReport& report, const world::World
   j["passes"] = nlohmann::json::array();
   for (const render::PassReport& pass : report.passes)
     j["passes"].push_back({{"name", pass.name}, {"ms", pass.ms}, {"draws", pass.draws}, {"bytes", pass.bytes}});
+  if (report.samples > 0) {
+    j["spp"] = report.samples;
+    j["relative_error"] = report.relative_error;
+    j["nan_samples"] = report.nan_samples;
+  }
+  if (!report.work.empty()) {
+    j["work"] = nlohmann::json::object();
+    for (const render::EffectWork& effect : report.work) j["work"][effect.name] = effect.work;
+  }
   j["effects"] = nlohmann::json::array();
   for (const world::EffectCall& effect : world::called_effects(world))
     j["effects"].push_back({{"name", effect.name}, {"called_for", effect.called_for}, {"why", effect.why}});

@@ -9,6 +9,7 @@
 
 #include "render/shading.h"
 #include "render/bsdf/bsdf.h"
+#include "render/trace/picture.h"
 #include "world/base/jobs.h"
 #include "world/store/ray_stream.h"
 
@@ -197,6 +198,8 @@ class RaycastBackend : public Backend {
                               int height) override {
     TRY_STATUS(check(camera, knobs, width, height));
     TRY_STATUS(check_bsdfs(view.palette()));
+    if (knobs.spp != 1 || knobs.light_transport != LightTransport::direct || calls_for_trace_scene(view.world()))
+      return trace_picture(view, camera, knobs, sampling, width, height);
     const auto start = Clock::now();
     Frame frame{Image(width, height), {}};
     const RayStream& occupied = rays_.stream(view.store(), MaskKind::occupied);

@@ -6,7 +6,10 @@
 /// the inner faces of that block, as in the rasterizer, which culls them. The sun's shadow is a second ray, from the
 /// voxel in front of the face, exactly on it, through opaque voxels.
 ///
-/// knobs  view_distance (Euclidean, to the hit), sun_shadow
+/// That is so where one ray a pixel of direct light is asked for and the world has no luminaires, media or meshes.
+/// Otherwise each sample is a call of an integrator (render/trace/transport.h), as light_transport says.
+///
+/// knobs  view_distance (Euclidean, to the hit), sun_shadow, light_transport and those of render/trace/picture.h
 /// error  none beyond double rounding of the ray itself: the first hit equals the flat walk's, bit for bit
 /// fails  usage, where the picture's size or the camera is out of range
 #pragma once

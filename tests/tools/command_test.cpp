@@ -161,6 +161,23 @@ TEST_F(Command, InfoAndConvertSayTheKeysThatOthersRelyOn) {
   EXPECT_GE(r["rays"].get<int>(), 32 * 32);
 }
 
+TEST_F(Command, APictureBySamplesSaysWhatItTookAndGoesOn) {
+  const std::string common = "render cube --json --backend reference --size 24x16 --seed 3 ";
+  const auto at_once = nlohmann::json::parse(run(common + "--spp 9 -o " + path("a.exr")).out);
+  for (const char* key : {"ms", "rays", "spp", "relative_error", "nan_samples", "work", "effects", "passes"})
+    EXPECT_TRUE(at_once.contains(key)) << key;
+  EXPECT_EQ(at_once["spp"], 9);
+  EXPECT_EQ(at_once["nan_samples"], 0);
+  EXPECT_EQ(run(common + "--spp 4 --resume " + path("film") + " -o " + path("b.exr")).code, 0);
+  EXPECT_EQ(run(common + "--spp 9 --resume " + path("film") + " -o " + path("b.exr")).code, 0);
+  const auto same = nlohmann::json::parse(run("diff --json " + path("a.exr") + " " + path("b.exr")).out);
+  EXPECT_EQ(same["equal"], true);
+  expect_one_sentence(
+      run("render cube --backend reference --size 24x16 --seed 4 --resume " + path("film") + " -o " + path("b.exr")), 3,
+      "holds samples of another picture");
+  expect_one_sentence(run("render cube --backend reference --spp 0 -o " + path("a.exr")), 2, "spp");
+}
+
 TEST_F(Command, ConvertingTwiceGivesTheSameWorld) {
   const auto file = world::shared_data("vox/monu6.vox");
   if (!file) GTEST_SKIP();

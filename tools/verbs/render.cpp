@@ -1,4 +1,7 @@
 /// loam render SCENE or WORLD: one picture, or a row of them along a camera path.
+#include <algorithm>
+#include <atomic>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -18,14 +21,18 @@ namespace {
 
 constexpr int kLapFrames = 600;
 constexpr int kMostPixelsASide = 16384;
+constexpr int kReferenceSamples = 64;   // where nothing says how many
+constexpr int kMostSamples = 1 << 24;  // where an error is asked for instead
 
 struct RenderOptions {
   std::string scene, output, backend = "raster", size = "1280x720", camera, accuracy = "usual", frames;
   std::vector<std::string> settings, environment_settings;
   std::map<std::string, std::string> knobs;  // given by their own flags
   std::vector<double> position, look_at;
-  double fov_deg = 0;
-  int samples = 1, threads = 0;
+  double fov_deg = 0, error = 0;
+  uint64_t seed = 1;
+  std::string resume;
+  int threads = 0;
   bool json = false;
 };
 
@@ -77,19 +84,45 @@ world::Result<render::Camera> choose_camera(const RenderOptions& options, const 
   return camera;
 }
 
+/// Whether a scene, the environment or a flag says what the knob is.
+bool sets_knob(const RenderOptions& options, const world::Scene& scene, const std::string& knob) {
+  const auto names = [&](const std::string& setting) { return setting.starts_with(knob + "="); };
+  return scene.knobs.contains(knob) || std::any_of(options.settings.begin(), options.settings.end(), names) ||
+         std::any_of(options.environment_settings.begin(), options.environment_settings.end(), names);
+}
+
+/// While it lives, the first Ctrl-C only asks to stop: a picture by samples ends with those that it has.
+class StopOnInterrupt {
+ public:
+  StopOnInterrupt() {
+    asked_ = false;
+    std::signal(SIGINT, [](int) {
+      asked_ = true;
+      std::signal(SIGINT, SIG_DFL);
+    });
+  }
+  ~StopOnInterrupt() { std::signal(SIGINT, SIG_DFL); }
+  const std::atomic<bool>& asked() const { return asked_; }
+
+ private:
+  static inline std::atomic<bool> asked_{false};
+};
+
 world::Result<int> run_render(const RenderOptions& options) {
   int width = 0, height = 0, first = 0, last = 0;
   TRY_STATUS(parse_size(options.size, width, height));
   if (!options.frames.empty()) TRY_STATUS(parse_frames(options.frames, first, last));
   TRY_STATUS(check_picture_path(options.output));
-  if (options.samples != 1)
-    return world::usage_error(
-        "--spp other than 1 needs a backend that takes samples; raster and raycast look through pixel centres");
+  if (!options.resume.empty() && !options.frames.empty())
+    return world::usage_error("--resume keeps the samples of one picture; it doesn't go with --frames");
   const world::ThreadLimit limit(options.threads);
   TRY(const std::unique_ptr<render::Backend> backend, make_backend(options.backend));
   TRY(const world::Scene scene, world::load_scene(options.scene));
-  TRY(const render::RenderKnobs knobs,
+  TRY(render::RenderKnobs knobs,
       resolve_knobs(options.accuracy, scene, options.environment_settings, options.settings));
+  if (options.backend == "reference" && !sets_knob(options, scene, "spp")) knobs.spp = options.error > 0 ? kMostSamples : kReferenceSamples;
+  if (options.backend == "raster" && knobs.spp != 1)
+    return world::usage_error("--spp other than 1 needs a backend that takes samples: raycast or reference");
   world::ImportReport imported;
   Progress progress;
   progress.stage("building the world of " + scene.name);
@@ -100,15 +133,32 @@ world::Result<int> run_render(const RenderOptions& options) {
   TRY(const render::Camera start, choose_camera(options, scene, world, camera_name));
   const uint64_t hash = world.store.content_hash();
   const world::WorldView view(world);
+  const StopOnInterrupt stop;
+  render::Sampling& sampling = backend->sampling;
+  sampling.seed = options.seed;
+  sampling.error = options.error;
+  sampling.film = options.resume;
+  sampling.stop = &stop.asked();
+  sampling.progress = [&](uint32_t samples, double error) {
+    progress.stage(fmt::format("{} of {} samples a pixel, relative error {:.3g}", samples, knobs.spp, error));
+  };
   nlohmann::json reports = nlohmann::json::array();
   for (int frame = first; frame <= last; ++frame) {
     const bool moving = !options.frames.empty();
     const render::Camera camera = moving ? camera_on_path(scene, world, start, frame, kLapFrames) : start;
+    render::PictureText text = picture_text(scene, camera_name, camera, knobs, options.backend, hash);
+    sampling.picture = text;
+    for (const char* other : {"knobs", "commit"}) sampling.picture.erase(other);  // the film has the knobs themselves
     TRY(const render::Frame picture, backend->render(view, camera, knobs, width, height));
+    if (picture.report.samples > 0) {
+      text["spp"] = std::to_string(picture.report.samples);
+      text["seed"] = std::to_string(options.seed);
+      text["relative_error"] = fmt::format("{}", picture.report.relative_error);
+    }
     const std::string path = moving ? frame_path(options.output, frame) : options.output;
-    TRY_STATUS(write_picture(path, picture.image, knobs,
-                             picture_text(scene, camera_name, camera, knobs, options.backend, hash)));
+    TRY_STATUS(write_picture(path, picture.image, knobs, text));
     reports.push_back(report_json(picture.report, world));
+    if (stop.asked()) break;
     if (moving) progress.stage(fmt::format("frame {} of {}..{}", frame, first, last));
     if (!options.json && !moving) {
       std::printf("%s: %dx%d by %s on %s, %.1f ms\n", path.c_str(), width, height, options.backend.c_str(),
@@ -116,6 +166,9 @@ world::Result<int> run_render(const RenderOptions& options) {
       for (const render::PassReport& pass : picture.report.passes)
         std::printf("  %-16s %8.2f ms %8llu draws %12llu bytes\n", pass.name.c_str(), pass.ms,
                     static_cast<unsigned long long>(pass.draws), static_cast<unsigned long long>(pass.bytes));
+      if (picture.report.samples > 0)
+        std::printf("  %u samples a pixel, relative error %.3g, %llu samples left out\n", picture.report.samples,
+                    picture.report.relative_error, static_cast<unsigned long long>(picture.report.nan_samples));
     }
   }
   progress.stage("");
@@ -137,13 +190,19 @@ void add_render_verb(Command& command) {
       ->required();
   verb->add_option("-o,--output", options->output, "OUT.png or OUT.exr; with --frames, a run of # is the number")
       ->required();
-  verb->add_option("--backend", options->backend, "raster or raycast")->envname("LOAM_BACKEND")->capture_default_str();
+  verb->add_option("--backend", options->backend, "raster, raycast or reference")
+      ->envname("LOAM_BACKEND")
+      ->capture_default_str();
   verb->add_option("--size", options->size, "WIDTHxHEIGHT")->envname("LOAM_SIZE")->capture_default_str();
   verb->add_option("--camera", options->camera, "a camera of the scene, or overview");
   verb->add_option("--position", options->position, "camera position X Y Z in metres")->expected(3);
   verb->add_option("--look-at", options->look_at, "point X Y Z that the camera looks at")->expected(3);
   verb->add_option("--fov", options->fov_deg, "vertical field of view in degrees")->check(CLI::Range(1.0, 179.0));
-  verb->add_option("--spp", options->samples, "samples a pixel")->check(CLI::PositiveNumber);
+  verb->add_option("--seed", options->seed, "of the samples")->capture_default_str();
+  verb->add_option("--error", options->error, "stop at this relative error, within --spp samples; 0: take them all")
+      ->check(CLI::NonNegativeNumber);
+  verb->add_option("--resume", options->resume,
+                   "a file of samples: goes on with those in it, where it exists, and keeps all in it");
   verb->add_option("--accuracy", options->accuracy, "fast, usual or exact")
       ->envname("LOAM_ACCURACY")
       ->capture_default_str();

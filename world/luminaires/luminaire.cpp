@@ -23,6 +23,10 @@
 ///   at_infinity = false            unified_point with w = 0: comes along its direction, attenuated by the first number
 ///   image = "window.png"           gobo: the slide; hemisphere: equirectangular, as hemisphere.shared.h says; .png,
 ///                                  .exr or .hdr, beside the scene. Its values scale the luminaire's
+///   pattern = """                  gobo, instead of an image: rows of '#' (lets all light through), '.' (none), and
+///   the
+///   .##.                           digits 0 to 9 (so many tenths)
+///   """
 ///   whole_sphere = false           hemisphere: from below its horizon too
 ///   sampling = "solid_angle"       or "area": rectangle, disk
 ///   file = "lamp.obj"              mesh: .obj or .ply, beside the scene
@@ -33,6 +37,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <sstream>
 
 #include <fmt/format.h>
 
@@ -73,6 +78,7 @@ constexpr KeyRow kKeyRows[] = {
     {"attenuation", kKeyAttenuation},
     {"at_infinity", kKeyAttenuation},
     {"image", kKeySlide | kKeySky},
+    {"pattern", kKeySlide},
     {"whole_sphere", kKeySky},
     {"sampling", kKeySampling},
     {"file", kKeyFile},
@@ -213,13 +219,40 @@ struct Reader {
     }
   }
 
+  /// A slide drawn in the scene itself.
+  void pattern() {
+    std::string text, row;
+    if (!table.read("pattern", text)) return;
+    auto image = std::make_shared<LightImage>();
+    std::istringstream rows(text);
+    while (std::getline(rows, row)) {
+      if (row.empty()) continue;
+      if (image->height == 0) image->width = static_cast<int>(row.size());
+      const bool known = row.find_first_not_of("0123456789.#") == std::string::npos;
+      if (!known || row.size() != static_cast<size_t>(image->width)) {
+        table.fail("pattern", "'pattern' must have rows of one length, of '#', '.' and the digits 0 to 9");
+        return;
+      }
+      for (const char c : row) {
+        const float share = c == '#' ? 1.0f : c == '.' ? 0.0f : static_cast<float>(c - '0') / 10;
+        image->pixels.push_back({share, share, share});
+      }
+      ++image->height;
+    }
+    if (image->height == 0) table.fail("pattern", "'pattern' must have a row");
+    l.light_image = std::move(image);
+  }
+
   void files(const std::filesystem::path& folder) {
     const auto beside_the_scene = [&](const char* key, std::string& path, bool required) {
       if (!(required ? table.require(key, path) : table.read(key, path))) return;
       if (path.empty()) table.fail(key, fmt::format("'{}' must name a file", key));
       if (std::filesystem::path(path).is_relative()) path = (folder / path).string();
     };
-    if (takes(kKeySlide | kKeySky)) beside_the_scene("image", l.image, takes(kKeySlide));
+    if (takes(kKeySlide) && table.has("pattern"))
+      pattern();
+    else if (takes(kKeySlide | kKeySky))
+      beside_the_scene("image", l.image, takes(kKeySlide));
     if (takes(kKeySky)) table.read("whole_sphere", l.whole_sphere);
     if (takes(kKeyFile)) beside_the_scene("file", l.mesh_file, true);
     if (takes(kKeySampling)) {

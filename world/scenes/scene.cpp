@@ -52,6 +52,66 @@ void read_world_source(TomlTable table, Scene& scene) {
     import.window = {window[0], window[1], window[2], window[3]};
 }
 
+/// Adds a run of voxels for each row of one height in which centres lie in the convex quadrilateral.
+void fill_prism(const double (&corners)[8], int32_t y0, int32_t y1, const std::string& block, Scene& scene) {
+  double z_low = corners[1], z_high = corners[1];
+  for (int i = 0; i < 4; ++i)
+    z_low = std::min(z_low, corners[2 * i + 1]), z_high = std::max(z_high, corners[2 * i + 1]);
+  for (int32_t z = static_cast<int32_t>(std::floor(z_low)); z <= z_high; ++z) {
+    double x_low = kBorder, x_high = -kBorder;
+    for (int i = 0; i < 4; ++i) {
+      const double *a = corners + 2 * i, *b = corners + 2 * ((i + 1) % 4), at = z + 0.5;
+      if ((a[1] > at) == (b[1] > at)) continue;
+      const double x = a[0] + (b[0] - a[0]) * (at - a[1]) / (b[1] - a[1]);
+      x_low = std::min(x_low, x), x_high = std::max(x_high, x);
+    }
+    const int32_t first = static_cast<int32_t>(std::ceil(x_low - 0.5)),
+                  last = static_cast<int32_t>(std::ceil(x_high - 0.5)) - 1;
+    if (x_low < x_high && first <= last)
+      scene.fills.push_back({{VoxelPos{first, y0, z} + scene.offset, VoxelPos{last, y1, z} + scene.offset}, block});
+  }
+}
+
+/// The same for a cone's frustum around a vertical axis, with radius[0] at y0 and radius[1] at y1.
+void fill_cone(const double (&centre)[2], const double (&y)[2], const double (&radius)[2], const std::string& block,
+               Scene& scene) {
+  for (int32_t row = static_cast<int32_t>(std::ceil(y[0] - 0.5)); row + 0.5 < y[1]; ++row) {
+    const double r = radius[0] + (radius[1] - radius[0]) * (row + 0.5 - y[0]) / (y[1] - y[0]);
+    for (int32_t z = static_cast<int32_t>(std::floor(centre[1] - r)); z <= centre[1] + r; ++z) {
+      const double dz = z + 0.5 - centre[1], half = r * r - dz * dz;
+      if (!(half > 0)) continue;
+      const int32_t first = static_cast<int32_t>(std::ceil(centre[0] - std::sqrt(half) - 0.5)),
+                    last = static_cast<int32_t>(std::ceil(centre[0] + std::sqrt(half) - 0.5)) - 1;
+      if (first <= last)
+        scene.fills.push_back({{VoxelPos{first, row, z} + scene.offset, VoxelPos{last, row, z} + scene.offset}, block});
+    }
+  }
+}
+
+void read_prism(TomlTable table, Scene& scene) {
+  double corners[8];
+  int32_t y[2] = {0, 0};
+  std::string block;
+  const bool placed = table.require("corners", std::span<double>(corners), NumberRange{-1e6, 1e6});
+  const bool high = table.require("y", std::span<int32_t>(y), NumberRange{-kBorder, kBorder});
+  table.require("block", block);
+  if (placed && high) fill_prism(corners, y[0], y[1], block, scene);
+}
+
+void read_cone(TomlTable table, Scene& scene) {
+  double centre[2], y[2], radius[2];
+  std::string block;
+  const bool placed = table.require("centre", std::span<double>(centre), NumberRange{-1e6, 1e6});
+  bool sized = table.require("y", std::span<double>(y), NumberRange{-1e6, 1e6});
+  sized &= table.require("radius", std::span<double>(radius), NumberRange{0, 1e4});
+  table.require("block", block);
+  if (sized && !(y[0] < y[1] && y[1] - y[0] < 1e4)) {
+    table.fail("y", "y = [from, to] of a cone must rise, by less than 10000");
+    return;
+  }
+  if (placed && sized) fill_cone(centre, y, radius, block, scene);
+}
+
 void read_camera(TomlTable table, Scene& scene) {
   CameraPlacement camera;
   double position[3] = {0, 0, 0}, target[3];
@@ -73,6 +133,8 @@ void read_camera(TomlTable table, Scene& scene) {
     camera.forward = {std::sin(y) * std::cos(p), std::sin(p), -std::cos(y) * std::cos(p)};
   }
   table.read("fov_deg", camera.vertical_fov_deg, {0, 180, true, true});
+  table.read("lens_radius_m", camera.lens_radius_m, {.min = 0, .max = 1e6});
+  table.read("focus_distance_m", camera.focus_distance_m, {.min = 0, .max = 1e9, .open_min = true});
   camera.position.voxel = camera.position.voxel + scene.offset;
   scene.cameras.push_back(camera);
 }
@@ -121,6 +183,8 @@ Result<Scene> parse_scene(std::string_view text, const std::string& name, const 
     f.box = {voxel_of(min) + scene.offset, voxel_of(max) + scene.offset};
     scene.fills.push_back(f);
   }
+  for (TomlTable prism : root.array_of_tables("prism")) read_prism(prism, scene);
+  for (TomlTable cone : root.array_of_tables("cone")) read_cone(cone, scene);
   read_environment(root, scene.environment);
   for (TomlTable blocks : root.table("block"))
     for (auto& [block_name, table] : blocks.tables()) scene.blocks.push_back(read_block(block_name, table));

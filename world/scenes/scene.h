@@ -19,6 +19,8 @@ struct CameraPlacement {
   WorldPoint position;
   Vec3d forward{0, 0, -1};       // unit length
   double vertical_fov_deg = 60;  // 0 < fov < 180
+  double lens_radius_m = 0;      // >= 0; 0: a pinhole
+  double focus_distance_m = 10;  // > 0, along forward
 };
 
 struct Scene {
@@ -32,7 +34,9 @@ struct Scene {
   // ... or a file ...
   std::filesystem::path file;
   ImportOptions import_options;
-  // ... and boxes written afterwards.
+  // ... and boxes written afterwards: each [[fill]], then rows of voxels whose centres lie in each
+  //   [[prism]] corners = [x, z, x, z, x, z, x, z] of a convex quadrilateral in order, y = [lowest, highest] voxel
+  //   [[cone]]  centre = [x, z], y = [from, to], radius = [at from, at to]: a cylinder, cone or frustum
   struct Fill {
     VoxelBox box;
     std::string block;

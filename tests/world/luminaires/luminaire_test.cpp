@@ -87,6 +87,21 @@ TEST(ReadLuminaire, RadianceStandsForAPower) {
   EXPECT_FLOAT_EQ(b->meet({0, -1, 0}, {0, 1, 0})->radiance.b, 9 / (kPi * 6));
 }
 
+TEST(ReadLuminaire, ASlideMayBeDrawnInTheScene) {
+  const std::string gobo = "kind = \"gobo\"\nposition = [0, 0, 0]\npower_w = [1, 1, 1]\nhalf_angle_deg = 30\n";
+  const Read r = read(gobo + "pattern = \"\"\"\n.#5\n0#.\n\"\"\"\n");
+  ASSERT_EQ(r.error, "");
+  ASSERT_TRUE(r.luminaire.light_image);
+  const LightImage& image = *r.luminaire.light_image;
+  EXPECT_EQ(image.width, 3);
+  EXPECT_EQ(image.height, 2);
+  const float expected[6] = {0, 1, 0.5f, 0, 1, 0};
+  for (size_t i = 0; i < 6; ++i) EXPECT_EQ(image.pixels[i], (Radiance3{expected[i], expected[i], expected[i]})) << i;
+  expect_error(gobo + "pattern = \".#\\n.\"\n", "a.toml:7:", "rows of one length");
+  expect_error(gobo + "pattern = \".x\"\n", "a.toml:7:", "rows of one length");
+  expect_error(gobo + "pattern = \"\"\n", "a.toml:7:", "must have a row");
+}
+
 TEST(ReadLuminaire, BadInputIsNamedWithItsPlace) {
   const std::string omni = "kind = \"omni\"\nposition = [0, 0, 0]\n";
   expect_error(omni + "power_w = [1, -2, 3]\n", "a.toml:5:15: ", "'power_w[1]' is -2, but must be in [0, ");

@@ -1,0 +1,25 @@
+#include "render/reference/reference.h"
+
+#include "render/trace/picture.h"
+
+namespace render {
+
+namespace {
+
+class ReferenceBackend : public Backend {
+ public:
+  world::Result<Frame> render(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs, int width,
+                              int height) override {
+    RenderKnobs all_light = knobs;
+    all_light.light_transport = LightTransport::path;
+    return trace_picture(view, camera, all_light, sampling, width, height);
+  }
+};
+
+}  // namespace
+
+world::Result<std::unique_ptr<Backend>> make_reference_backend() {
+  return std::unique_ptr<Backend>(new ReferenceBackend);
+}
+
+}  // namespace render

@@ -1,0 +1,132 @@
+// Light that comes straight from sources: what the picture of the first surface needs, and no more. Surfaces that
+// scatter by impulses alone (glass, mirrors) are shaded as matte ones of the block's albedo, as the rasterizer shades
+// them; media dim what lies behind and add their own emission.
+// error  all other light is missing: the bias floor of the ladder of light transports
+#include <algorithm>
+#include <cmath>
+
+#include "render/shading.h"
+#include "render/trace/transport.h"
+
+namespace render {
+
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+Vec3d vector_of(auto bands) { return {bands.r, bands.g, bands.b}; }
+
+/// One light's samples towards a surface.
+Vec3d one_light(Transport& t, LightTarget target, int samples, bool shadows, const Surface& s, const Vec3f& wo,
+                const Sampler& sampler, uint32_t dimension) {
+  const bool finite = t.scene().materials()[s.block].finite;
+  Vec3d sum(0);
+  for (int i = 0; i < samples; ++i) {
+    const Sampler part = sampler.part(static_cast<uint32_t>(i), static_cast<uint32_t>(samples));
+    LightSample light;
+    if (target.kind == LightKind::luminaire) ++t.tracer.counts.luminaire_samples;
+    if (!t.lights().sample_one(target, receiver_of(s), part.two(dimension + kOnLight), light)) continue;
+    const BsdfParameters p = parameters_for(s, light.luminaire);
+    Vec3d scattered;
+    if (finite) {
+      scattered = finite_scattering(s, p, light.direction, wo);
+    } else {
+      const double cosine = std::max(0.0f, dot(light.direction, s.shading_normal));
+      scattered = light.luminaire && !light.luminaire->lambertian
+                      ? Vec3d(0)
+                      : vector_of(t.scene().view().palette()[s.block].albedo) * (cosine / kPi);
+    }
+    if (scattered == Vec3d(0)) continue;
+    const Vec3d arrives = shadows ? t.arrival(s.spawn(light.direction), light).value : Vec3d(1);
+    sum += scattered * light.radiance * arrives / (light.pdf > 0 ? light.pdf : 1.0);
+  }
+  return sum / double(samples);
+}
+
+/// The first surface from the camera, with the fog before it.
+template <class Shade>
+Vec3d first_surface(Transport& t, const TraceRay& ray, Shade shade) {
+  ++t.tracer.counts.camera_rays;
+  const Vec3f absorption = t.tracer.absorption(ray);
+  const Surface s = t.tracer.intersect(ray, t.crossings);
+  FogView fog;
+  if (t.scene().has_media()) {
+    media_along(t.tracer, ray, t.crossings, s.t, t.stretches);
+    fog = fog_along(t.stretches, ray.ray.direction);
+  }
+  Vec3d seen(0);
+  if (!s.hit())
+    seen = seen_far(t, ray);
+  else if (s.kind == SurfaceKind::luminaire)
+    seen = Vec3d(s.emission);
+  else
+    seen = Vec3d(s.emission) + shade(s);
+  if (absorption != Vec3f(0)) seen *= absorbed(absorption, s.t);
+  return fog.value * seen + fog.added;
+}
+
+Vec3d albedo_of(const Transport& t, const Surface& s) { return vector_of(t.scene().view().palette()[s.block].albedo); }
+
+}  // namespace
+
+Vec3d seen_far(const Transport& t, const TraceRay& ray) {
+  Vec3d l = t.sky(Vec3f(ray.ray.direction));
+  for (const SceneLuminaire& s : t.scene().luminaires()) {
+    if (s.finite || !s.met) continue;
+    const auto hit = s.sampler.meet(ray.start() - s.luminaire->position, Vec3f(ray.ray.direction));
+    if (hit) l += vector_of(hit->radiance);
+  }
+  return l;
+}
+
+Vec3d light_by_light(Transport& t, const Surface& s, const Vec3f& wo, const Sampler& sampler, uint32_t dimension,
+                     bool first) {
+  Vec3d sum(0);
+  if (t.scene().view().environment().sun_irradiance.max() > 0)
+    sum += one_light(t, {LightKind::sun, 0, 0, {}, world::kNoFace}, 1, t.knobs().sun_shadow == SunShadow::ray, s, wo,
+                     sampler, dimension);
+  const auto& luminaires = t.scene().luminaires();
+  for (uint32_t i = 0; i < luminaires.size(); ++i) {
+    if (!first && !luminaires[i].luminaire->global_illumination) continue;
+    sum += one_light(t, {LightKind::luminaire, i, 0, {}, world::kNoFace},
+                     luminaires[i].impulse ? 1 : t.knobs().light_samples, true, s, wo, sampler,
+                     dimension + (i + 1) * kDimensionsPerVertex * 64);
+  }
+  return sum;
+}
+
+Vec3d direct_radiance(Transport& t, const TraceRay& camera_ray, const Sampler& sampler) {
+  return first_surface(t, camera_ray, [&](const Surface& s) {
+    const Vec3d sky = vector_of(sky_irradiance(t.scene().view().environment(), Vec3d(s.shading_normal)));
+    return albedo_of(t, s) * sky / kPi +
+           light_by_light(t, s, Vec3f(-camera_ray.ray.direction), sampler, kVertexDimension, true);
+  });
+}
+
+Vec3d ambient_occlusion_radiance(Transport& t, const TraceRay& camera_ray, const Sampler& sampler) {
+  return first_surface(t, camera_ray, [&](const Surface& s) {
+    Vec3d sky = vector_of(sky_irradiance(t.scene().view().environment(), Vec3d(s.shading_normal)));
+    if (sky != Vec3d(0)) {
+      int open = 0;
+      const int rays = t.knobs().light_samples;
+      Vec3d a, b;
+      basis_around(Vec3d(s.shading_normal), a, b);
+      for (int i = 0; i < rays; ++i) {
+        const glm::vec2 u =
+            sampler.part(static_cast<uint32_t>(i), static_cast<uint32_t>(rays)).two(kVertexDimension + kOcclusion);
+        const double r = std::sqrt(double{u.x}), angle = 2 * kPi * double{u.y};
+        const Vec3f direction(r * std::cos(angle) * a + r * std::sin(angle) * b +
+                              std::sqrt(1 - double{u.x}) * Vec3d(s.shading_normal));
+        TraceRay ray = s.spawn(direction);
+        ray.ray.t_max = t.knobs().occlusion_distance;
+        ++t.tracer.counts.shadow_rays;
+        open += !t.tracer.intersect(ray, t.shadow_crossings, false).hit();
+      }
+      sky *= static_cast<double>(open) / rays;
+    }
+    return albedo_of(t, s) * sky / kPi +
+           light_by_light(t, s, Vec3f(-camera_ray.ray.direction), sampler, kVertexDimension, true);
+  });
+}
+
+}  // namespace render

@@ -1,0 +1,101 @@
+#include "render/trace/transport.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "render/shading.h"
+
+namespace render {
+
+using world::kInfinity;
+
+BsdfParameters parameters_for(const Surface& surface, const world::Luminaire* luminaire) {
+  BsdfParameters p = surface.parameters;
+  if (luminaire && !luminaire->lambertian) p.lambertian = Vec3f(0);
+  if (luminaire && !luminaire->glossy) p.glossy = Vec3f(0);
+  return p;
+}
+
+bool sides_agree(const Surface& s, const Vec3f& wi) {
+  return (dot(wi, s.normal) > 0) == (dot(wi, s.shading_normal) > 0);
+}
+
+Vec3d finite_scattering(const Surface& s, const BsdfParameters& parameters, const Vec3f& wi, const Vec3f& wo) {
+  if (!sides_agree(s, wi)) return Vec3d(0);
+  return Vec3d(s.bsdf->finite_density(parameters, wi, wo, s.shading_normal)) *
+         std::abs(double{dot(wi, s.shading_normal)});
+}
+
+bool goes_straight(const Vec3f& direction, const Vec3f& wo) {
+  const Vec3f off = direction + wo;
+  return dot(off, off) < 1e-10f;  // 1e-5 rad
+}
+
+Vec3d straight_share(const Surface& s, const Vec3f& wo) {
+  const Impulses impulses = s.bsdf->incoming_impulses(s.parameters, wo, s.shading_normal);
+  for (int i = 0; i < impulses.count; ++i)
+    if (goes_straight(impulses.impulse[i].direction, wo)) return Vec3d(impulses.impulse[i].magnitude);
+  return Vec3d(0);
+}
+
+Receiver receiver_of(const Surface& s) { return {s.position(), s.normal, true}; }
+
+Vec3d absorbed(const Vec3f& absorption, double distance) {
+  Vec3d t(1);
+  for (int b = 0; b < 3; ++b)
+    if (absorption[b] > 0) t[b] = std::exp(-double{absorption[b]} * distance);
+  return t;
+}
+
+Vec3d Transport::sky(const Vec3f& direction) const {
+  const Rgb l = sky_radiance(scene().view().environment(), direction.y);
+  return {l.r, l.g, l.b};
+}
+
+Arrival Transport::arrival(TraceRay ray, const LightSample& light) {
+  Arrival arrival;
+  arrival.value = Vec3d(1);
+  ++tracer.counts.shadow_rays;
+  const LightTarget& target = light.target;
+  const auto through_media = [&](const std::vector<Crossing>& passed, double t_end) {
+    if (!scene().has_media()) return;
+    media_along(tracer, ray, passed, t_end, shadow_stretches);
+    const Transmittance t = transmittance(shadow_stretches, ray.ray.direction);
+    arrival.value *= t.value, arrival.made *= t.made;
+  };
+  if (light.luminaire && !light.luminaire->shadows) {
+    through_media({}, light.distance);
+    return arrival;
+  }
+  const bool named = target.kind == LightKind::voxel || target.kind == LightKind::triangle;
+  const uint32_t not_this = target.kind == LightKind::luminaire ? target.index : UINT32_MAX;
+  double left = light.distance;
+  for (;;) {
+    // A face or triangle is known by its name; a point of a luminaire only by its distance.
+    ray.ray.t_max = named ? left * (1 + kLuminaireTolerance) : left * (1 - kLuminaireTolerance);
+    const Vec3f absorption = tracer.absorption(ray);
+    const Surface s = tracer.intersect(ray, shadow_crossings, true, not_this);
+    const bool reached = !s.hit() ||
+                         (target.kind == LightKind::voxel && s.kind == SurfaceKind::voxel && s.behind == target.voxel &&
+                          s.face == target.face) ||
+                         (target.kind == LightKind::triangle && s.kind == SurfaceKind::mesh &&
+                          s.index == target.index && s.triangle == target.triangle);
+    const Vec3f wo(-ray.ray.direction);
+    if (!reached) {
+      const Vec3d share = s.kind == SurfaceKind::luminaire || !scene().materials()[s.block].transmits
+                              ? Vec3d(0)
+                              : straight_share(s, wo);
+      arrival.value *= share;
+      if (share == Vec3d(0)) return arrival;
+    }
+    const double t_end = reached ? left : s.t;
+    if (absorption != Vec3f(0)) arrival.value *= absorbed(absorption, t_end);
+    through_media(shadow_crossings, t_end);
+    if (arrival.value == Vec3d(0) || reached) return arrival;
+    ++tracer.counts.transmissions;
+    ray = s.spawn(-wo);
+    left -= s.t;
+  }
+}
+
+}  // namespace render

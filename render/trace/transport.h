@@ -1,0 +1,96 @@
+/// What every integrator is made of: a scene with its lights, a thread's tracer and scratch, and the light that arrives
+/// at a point from a light that was picked.
+///
+/// An integrator is a function of a camera ray and a Sampler, so of (seed, pixel, sample) alone:
+///   direct             render/trace/direct.cpp    the sky unhidden, the sun, luminaires; no block or mesh lights
+///   others ambient_occlusion  render/trace/direct.cpp    the same, the sky as far as rays up to a distance find it
+///   open whitted            render/trace/whitted.cpp   and what mirrors and glass show, down to max_depth path
+///   render/trace/path.cpp      all light, unbiased photons            render/trace/photons.cpp   light that arrives
+///   over several surfaces by density estimation
+#pragma once
+
+#include <vector>
+
+#include "render/knobs.h"
+#include "render/trace/lights.h"
+#include "render/trace/volumes.h"
+
+namespace render {
+
+/// Where each use of the sampler begins.
+constexpr uint32_t kPixelDimension = 0, kLensDimension = 2, kHeroDimension = 4, kVertexDimension = 8,
+                   kDimensionsPerVertex = 16;
+/// Of one vertex, from kVertexDimension + vertex * kDimensionsPerVertex on.
+constexpr uint32_t kPickLight = 0, kOnLight = 1, kScatter = 3, kRoulette = 6, kFreePath = 7, kOcclusion = 9;
+
+class PhotonMap;
+
+/// What all threads read.
+struct TransportScene {
+  const TraceScene* scene = nullptr;
+  const LightSet* lights = nullptr;
+  RenderKnobs knobs;
+  const PhotonMap* photons = nullptr;  // of the sample at hand, where light_transport asks for them
+};
+
+/// Light that goes straight from a light to a point: `value` is the share that arrives, the others as in Transmittance.
+struct Arrival {
+  Vec3d value{0}, made{1};
+};
+
+class Transport {
+ public:
+  explicit Transport(const TransportScene& t) : shared(t), tracer(*t.scene) {}
+
+  const TransportScene& shared;
+  Tracer tracer;
+
+  const TraceScene& scene() const { return *shared.scene; }
+  const LightSet& lights() const { return *shared.lights; }
+  const RenderKnobs& knobs() const { return shared.knobs; }
+
+  /// How much of a light's sample arrives where `from` starts towards it: through media, blocks and what passes light
+  /// straight. Counts one shadow ray.
+  Arrival arrival(TraceRay from, const LightSample& light);
+  /// Radiance from the sky along a ray that leaves the scene.
+  Vec3d sky(const Vec3f& direction) const;
+
+  std::vector<Crossing> crossings, shadow_crossings;
+  std::vector<MediumStretch> stretches, shadow_stretches;
+};
+
+// --- surfaces -----------------------------------------------------------------------------------------------------
+
+/// The surface's parameters, without what the light does not take part in.
+BsdfParameters parameters_for(const Surface& surface, const world::Luminaire* luminaire);
+/// f |n . wi|, 0 where the two directions lie on one side of the face but on two of the shading normal.
+Vec3d finite_scattering(const Surface& surface, const BsdfParameters& parameters, const Vec3f& wi, const Vec3f& wo);
+/// Whether scattering into wi, sampled with the shading normal, is one with the face too.
+bool sides_agree(const Surface& surface, const Vec3f& wi);
+/// Of light from straight behind the surface, what goes on unbent.
+Vec3d straight_share(const Surface& surface, const Vec3f& wo);
+/// Whether this direction goes on as wo came.
+bool goes_straight(const Vec3f& direction, const Vec3f& wo);
+
+/// The receiver that a surface is to lights.
+Receiver receiver_of(const Surface& surface);
+
+/// exp(-absorption * distance) by band.
+Vec3d absorbed(const Vec3f& absorption, double distance);
+
+// --- integrators --------------------------------------------------------------------------------------------------
+
+Vec3d direct_radiance(Transport& t, const TraceRay& camera_ray, const Sampler& sampler);
+Vec3d ambient_occlusion_radiance(Transport& t, const TraceRay& camera_ray, const Sampler& sampler);
+Vec3d whitted_radiance(Transport& t, const TraceRay& camera_ray, const Sampler& sampler);
+Vec3d path_radiance(Transport& t, const TraceRay& camera_ray, const Sampler& sampler);
+
+/// What a ray that meets nothing shows: the sky, and luminaires at no place.
+Vec3d seen_far(const Transport& t, const TraceRay& ray);
+/// Sun and luminaires (light_samples of each that has an area), scattered by the surface towards wo, with shadows.
+/// `first`: the surface is the first that light meets on its way from the eye back, for luminaires that only light
+/// that.
+Vec3d light_by_light(Transport& t, const Surface& surface, const Vec3f& wo, const Sampler& sampler, uint32_t dimension,
+                     bool first);
+
+}  // namespace render

@@ -1,0 +1,81 @@
+/// Media along a ray: where it scatters in them, and how much light they let through.
+///
+/// The three bands have extinctions of their own, so one free path can't serve all. A path follows one band, its hero,
+/// picked uniformly; what it finds is weighed by the mean over all bands of the probability with which they would have
+/// found it (balance heuristic), so each band's estimate is unbiased whatever the others' extinctions are. See Bands.
+///
+/// Depths along a ray and their inverses are exact (world/media/medium.h), of density grids too: so are free paths,
+/// which solve sigma_t * depth(t) = -ln(1 - u), and transmittances. Where several media overlap, the first to scatter
+/// wins.
+///
+/// A medium's emission is the radiance that its matter, extinction included, would send out if it were infinitely deep:
+/// along ds a medium adds sigma_t * density * emission * ds.
+/// source  Alexander Wilkie et al. Hero Wavelength Spectral Sampling. 2014; Bailey Miller, Iliyan Georgiev, Wojciech
+///         Jarosz. A Null-Scattering Path Integral Formulation of Light Transport. 2019, with the bookkeeping of Pharr,
+///         Jakob, Humphreys. Physically Based Rendering, 4th edition. 2023, section 14.2
+#pragma once
+
+#include <vector>
+
+#include "render/trace/geometry.h"
+#include "render/trace/sampler.h"
+
+namespace render {
+
+/// What a path carries, by band. With f_k the path's contribution in band k, p_k the probability density with which a
+/// path that follows band k would have been made, and h the hero: beta = f / p_h, made = p / p_h, and lit the same as
+/// `made` if the last scattering had not been sampled but joined to a light.
+struct Bands {
+  Vec3d beta{1}, made{1}, lit{1};
+  int hero = 0;
+
+  static double mean(const Vec3d& v) { return (v.x + v.y + v.z) / 3; }
+};
+
+/// A stretch of a ray within one medium.
+struct MediumStretch {
+  const SceneMedium* medium = nullptr;
+  Vec3d origin{0};  // of the ray, relative to the medium's position
+  double t0 = 0, t1 = 0;
+};
+
+/// The stretches of [0, t_end] within media, in order of media; replaces what was in `out`.
+void media_along(Tracer& tracer, const TraceRay& ray, const std::vector<Crossing>& crossings, double t_end,
+                 std::vector<MediumStretch>& out);
+
+struct ScatterEvent {
+  bool scatters = false;
+  double t = 0;
+  const SceneMedium* medium = nullptr;
+};
+
+/// Follows the path along the ray, to where a medium scatters it or to t_end, and brings `bands` up to date, the
+/// extinction and albedo there included. `emitted` gains what the media themselves send back, weighed.
+ScatterEvent follow_media(const std::vector<MediumStretch>& stretches, const Vec3d& direction, double t_end,
+                          RandomStream& random, Bands& bands, Vec3d& emitted);
+
+/// The share of light that passes, by band. `made`: the probability that a path would have passed, by band.
+struct Transmittance {
+  Vec3d value{1}, made{1};
+};
+Transmittance transmittance(const std::vector<MediumStretch>& stretches, const Vec3d& direction);
+
+/// What is seen through and of the media alone, with no light scattered in:
+/// `value` multiplies what lies behind; `added` is the media's own light.
+struct FogView {
+  Vec3d value{1}, added{0};
+};
+FogView fog_along(const std::vector<MediumStretch>& stretches, const Vec3d& direction);
+
+/// Henyey and Greenstein's phase function, which is also the density with which sample_phase picks directions, 1/sr.
+/// `cosine`: between the ways of the light before and after.
+/// source  L. Henyey, J. Greenstein. Diffuse Radiation in the Galaxy. 1941
+double phase_density(double anisotropy, double cosine);
+/// `forward`: unit, the way of travel before.
+Vec3d sample_phase(double anisotropy, const Vec3d& forward, glm::vec2 u);
+
+/// Two unit vectors that make a right-handed basis with the unit vector n.
+/// source  Duff et al. Building an Orthonormal Basis, Revisited. 2017
+void basis_around(const Vec3d& n, Vec3d& a, Vec3d& b);
+
+}  // namespace render
