@@ -135,19 +135,37 @@ uint32_t BrickField::brick(LeafPos l) const {
   return r ? r->bricks[static_cast<size_t>(index_in_region(l))] : kNone;
 }
 
-double BrickField::sample(uint32_t brick, VoxelPos cell, const Vec3d& f) const {
-  const int edge = edge_;
-  const float* s = &samples_[static_cast<size_t>(brick) * static_cast<size_t>(edge * edge * edge) +
-                             static_cast<size_t>(((cell.x & 7) * edge + (cell.y & 7)) * edge + (cell.z & 7))];
-  if (!trilinear_) return *s;
-  const auto along_z = [&](int offset) { return s[offset] + f.z * (double{s[offset + 1]} - s[offset]); };
-  const auto along_y = [&](int offset) {
-    const double a = along_z(offset), b = along_z(offset + 9);
-    return a + f.y * (b - a);
-  };
-  const double a = along_y(0), b = along_y(81);
-  return a + f.x * (b - a);
-}
+/// The density in one cell as a function of the place in it, from the samples at its corners.
+class BrickField::Cell {
+ public:
+  Cell(const BrickField& field, uint32_t brick, VoxelPos at) : trilinear_(field.trilinear_) {
+    const int edge = field.edge_;
+    const float* s = &field.samples_[static_cast<size_t>(brick) * static_cast<size_t>(edge * edge * edge) +
+                                     static_cast<size_t>(((at.x & 7) * edge + (at.y & 7)) * edge + (at.z & 7))];
+    if (!trilinear_) {
+      corner_[0] = *s;
+      return;
+    }
+    constexpr int offsets[8] = {0, 1, 9, 10, 81, 82, 90, 91};
+    for (int c = 0; c < 8; ++c) corner_[c] = s[offsets[c]];
+  }
+  bool empty() const {
+    float sum = corner_[0];
+    for (int c = 1; c < (trilinear_ ? 8 : 1); ++c) sum += corner_[c];
+    return sum == 0;
+  }
+  double operator()(const Vec3d& f) const {
+    if (!trilinear_) return corner_[0];
+    double along_z[4], along_y[2];
+    for (int i = 0; i < 4; ++i) along_z[i] = corner_[2 * i] + f.z * (double{corner_[2 * i + 1]} - corner_[2 * i]);
+    for (int i = 0; i < 2; ++i) along_y[i] = along_z[2 * i] + f.y * (along_z[2 * i + 1] - along_z[2 * i]);
+    return along_y[0] + f.x * (along_y[1] - along_y[0]);
+  }
+
+ private:
+  bool trilinear_;
+  float corner_[8];
+};
 
 float BrickField::density(const Vec3d& voxels) const {
   for (int a = 0; a < 3; ++a)
@@ -157,7 +175,7 @@ float BrickField::density(const Vec3d& voxels) const {
   const uint32_t b = brick(leaf_from_voxel(cell));
   if (b == kNone) return 0;
   const Vec3d fraction = p - Vec3d(cell.x, cell.y, cell.z);
-  return clamp_number(static_cast<float>(sample(b, cell, fraction)), 0.0f, largest_of_[b]);
+  return clamp_number(static_cast<float>(Cell(*this, b, cell)(fraction)), 0.0f, largest_of_[b]);
 }
 
 MediumInterval BrickField::clipped(const Vec3d& origin, const Vec3d& direction, double t0, double t1) const {
@@ -211,12 +229,11 @@ bool BrickField::walk_cells(uint32_t brick, const Vec3d& origin, const Vec3d& di
     const double begin = t0 + w.t();
     w.step();
     const double end = w.inside() ? t0 + w.t() : t1;
+    const Cell density(*this, brick, cell);
+    if (!(end > begin) || density.empty()) continue;
     const Vec3d from_cell = origin - shift_ - Vec3d(cell.x, cell.y, cell.z);
-    const auto density_at = [&](double t) {
-      const Vec3d f = glm::clamp(from_cell + t * direction, 0.0, 1.0);
-      return sample(brick, cell, f);
-    };
-    if (end > begin && !visit(begin, end, density_at)) return false;
+    const auto density_at = [&](double t) { return density(glm::clamp(from_cell + t * direction, 0.0, 1.0)); };
+    if (!visit(begin, end, density_at)) return false;
   }
   return true;
 }

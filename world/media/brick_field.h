@@ -53,8 +53,7 @@ class BrickField final : public DensityField {
   void make_table();
   const Region* region(RegionPos r) const;
   uint32_t brick(LeafPos l) const;
-  /// In a cell, at a fraction of it; nearest: the cell's own.
-  double sample(uint32_t brick, VoxelPos cell, const Vec3d& fraction) const;
+  class Cell;
   /// visit(brick or kNone, t_begin, t_end) for the bricks that the line passes in [t0, t1], which lies in the bounds.
   template <class Visit>
   void walk_bricks(const Vec3d& origin, const Vec3d& direction, double t0, double t1, Visit visit) const;
