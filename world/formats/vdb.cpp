@@ -7,7 +7,7 @@
 //   level set                  one block where the distance is <= 0: band and inside
 //   everything else            one block where a voxel is active: fog volumes, points, vectors, masks, integers
 // That block, "vdb:NAME", is opaque and white, so that it is seen; the numbers of a float grid become the layer
-// `density`.
+// `density`, the distances of a float level set's band, in voxels, the layer `distance`.
 //
 // Writing makes one Int32 grid "block_id" of block ids, 0 is air and inactive; its metadata hold each block of the
 // palette as TOML (loam_block_ID) and what the world knows of itself (loam_about_KEY); surroundings (sun, sky) are not
@@ -124,6 +124,15 @@ Status read_blocks(const openvdb::Int32Grid& grid, const std::string& name, Worl
   return {};
 }
 
+/// The active values, in voxels. What is not active lies beyond the band: its block says on which side.
+void keep_distances(const openvdb::FloatTree& tree, double voxel_size, FloatLayer& layer) {
+  const auto kept = std::make_shared<openvdb::FloatTree>(tree, 0.0f, openvdb::TopologyCopy());
+  openvdb::FloatGrid::ConstUnsafeAccessor distances(tree);
+  for (auto value = kept->beginValueOn(); value; ++value)
+    value.setValue(static_cast<float>(distances.getValue(value.getCoord()) / voxel_size));
+  layer.grid().grid->setTree(kept);
+}
+
 Status read_shape(const openvdb::GridBase& grid, const VdbGridFacts& facts, World& world, Regions& regions) {
   Block block;
   block.name = "vdb:" + facts.name;
@@ -140,6 +149,9 @@ Status read_shape(const openvdb::GridBase& grid, const VdbGridFacts& facts, Worl
     }
     status = gather(tree, regions, [&](const Value&, bool active) { return active ? id : kAir; });
   });
+  if (grid.isType<openvdb::FloatGrid>() && grid.getGridClass() == openvdb::GRID_LEVEL_SET && status.ok())
+    keep_distances(static_cast<const openvdb::FloatGrid&>(grid).constTree(), facts.voxel_size.x,
+                   world.store.make_layer(Layer::distance));
   const bool fog = grid.isType<openvdb::FloatGrid>() && grid.getGridClass() != openvdb::GRID_LEVEL_SET;
   if (fog && status.ok()) {
     const auto& numbers = static_cast<const openvdb::FloatGrid&>(grid);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "world/store/grid_stream.h"
 
@@ -43,6 +44,35 @@ size_t FloatLayer::bytes() const { return grid_->grid->memUsage(); }
 VoxelBox FloatLayer::bounds() const {
   const openvdb::CoordBBox box = grid_->grid->evalActiveVoxelBoundingBox();
   return box.empty() ? VoxelBox{} : VoxelBox{voxel(box.min()), voxel(box.max())};
+}
+
+void FloatLayer::read_cube(VoxelPos low, int size, std::span<float> values) const {
+  openvdb::FloatGrid::ConstUnsafeAccessor reader(grid_->grid->tree());
+  size_t i = 0;
+  for (int x = 0; x < size; ++x)
+    for (int y = 0; y < size; ++y)
+      for (int z = 0; z < size; ++z, ++i)
+        if (!reader.probeValue(coord(low + VoxelPos{x, y, z}), values[i]))
+          values[i] = std::numeric_limits<float>::quiet_NaN();
+}
+
+std::vector<LeafPos> FloatLayer::leaves() const {
+  std::vector<LeafPos> all;
+  const auto& tree = grid_->grid->tree();
+  for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf)
+    if (!leaf->getValueMask().isOff()) all.push_back(leaf_from_voxel(voxel(leaf->origin())));
+  auto tile = tree.cbeginValueOn();
+  tile.setMaxDepth(openvdb::FloatTree::ValueOnCIter::LEAF_DEPTH - 1);
+  for (; tile; ++tile) {
+    openvdb::CoordBBox box;
+    tile.getBoundingBox(box);
+    const LeafPos a = leaf_from_voxel(voxel(box.min())), b = leaf_from_voxel(voxel(box.max()));
+    for (int x = a.x; x <= b.x; ++x)
+      for (int y = a.y; y <= b.y; ++y)
+        for (int z = a.z; z <= b.z; ++z) all.push_back({x, y, z});
+  }
+  std::sort(all.begin(), all.end());
+  return all;
 }
 
 std::vector<RegionPos> FloatLayer::regions() const {

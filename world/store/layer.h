@@ -41,6 +41,10 @@ class FloatLayer {
   uint64_t active_voxels() const;
   VoxelBox bounds() const;  // of active voxels
   size_t bytes() const;
+  /// The voxels of a cube from `low` on, by (x * size + y) * size + z; NaN where not active.
+  void read_cube(VoxelPos low, int size, std::span<float> values) const;
+  /// Leaves with any active voxel, sorted.
+  std::vector<LeafPos> leaves() const;
   /// Regions with any active voxel, sorted.
   std::vector<RegionPos> regions() const;
   /// One region as an OpenVDB stream of a Float grid; the same values always give the same bytes.

@@ -31,13 +31,32 @@ TEST(VdbDensity, TheNumbersOfAFogVolumeBecomeALayerAndSurviveASave) {
   }
 }
 
-TEST(VdbDensity, ALevelSetMakesNoDensityLayer) {
+TEST(VdbDensity, ALevelSetMakesALayerOfDistancesInVoxelsThatItsBlocksAgreeWith) {
   const auto file = shared_data("vdb/sphere.vdb");
   if (!file) GTEST_SKIP();
   ImportReport report;
   const auto world = read_world(*file, {}, report);
   ASSERT_TRUE(world.ok()) << world.error().message;
   EXPECT_EQ(world->store.find_layer(Layer::density), nullptr);
+  const FloatLayer* distance = world->store.find_layer(Layer::distance);
+  ASSERT_NE(distance, nullptr);
+  // Half the band is 3 voxels wide, and a unit steep in voxels: its active values reach that far.
+  float largest = 0;
+  uint64_t active = 0;
+  std::vector<float> values(kLeafVoxels);
+  for (const LeafPos& leaf : distance->leaves()) {
+    distance->read_cube(voxel_from_leaf(leaf), kLeafSize, values);
+    for (int i = 0; i < kLeafVoxels; ++i) {
+      const float value = values[static_cast<size_t>(i)];
+      if (std::isnan(value)) continue;
+      ++active;
+      largest = std::max(largest, std::abs(value));
+      ASSERT_EQ(world->store.get(voxel_from_leaf(leaf) + offset_in_leaf(i)) != kAir, value <= 0);
+    }
+  }
+  EXPECT_EQ(active, distance->active_voxels());
+  EXPECT_GT(largest, 2.9f);
+  EXPECT_LE(largest, 3);
 }
 
 }  // namespace
