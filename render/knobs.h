@@ -10,6 +10,7 @@ namespace render {
 
 enum class SunShadow { none, ray };
 enum class FaceEdges { hardware, exact };
+enum class ContourShape { off, planes, field };  // in the order of world::ContourShape
 enum class LightTransport { direct, ambient_occlusion, whitted, path, photons };
 enum class SampleSequence { random, sobol };
 constexpr auto knob_choices(SunShadow) { return std::array<std::string_view, 2>{"none", "ray"}; }
@@ -18,6 +19,7 @@ constexpr auto knob_choices(LightTransport) {
   return std::array<std::string_view, 5>{"direct", "ambient_occlusion", "whitted", "path", "photons"};
 }
 constexpr auto knob_choices(SampleSequence) { return std::array<std::string_view, 2>{"random", "sobol"}; }
+constexpr auto knob_choices(ContourShape) { return std::array<std::string_view, 3>{"off", "planes", "field"}; }
 
 struct RenderKnobs {
 #define KNOB(name, type, fast, usual, exact, unit, what) type name = usual;

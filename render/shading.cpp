@@ -37,6 +37,18 @@ world::Irradiance3 sky_irradiance(const world::Environment& e, const world::Vec3
   return {l.r, l.g, l.b};
 }
 
+Rgb normal_radiance(const Shading& shading, const world::Environment& e, world::BlockId block,
+                    const world::Vec3d& normal, bool sun_visible) {
+  const world::Irradiance3 sky = sky_irradiance(e, normal);
+  const float sun = sun_visible ? static_cast<float>(std::max(0.0, glm::dot(e.sun_direction, normal))) : 0.0f;
+  const Shading::Material& m = shading.materials[block];
+  const auto radiance = [&](float of_sky, float of_sun, int c) {
+    return m.albedo[c] * (of_sky + sun * of_sun) / kPi + m.emitted[c];
+  };
+  return {radiance(sky.r, e.sun_irradiance.r, 0), radiance(sky.g, e.sun_irradiance.g, 1),
+          radiance(sky.b, e.sun_irradiance.b, 2)};
+}
+
 Shading::Shading(const world::Environment& environment, const world::BlockPalette& palette) {
   for (int face = 0; face < world::kFaces; ++face) {
     const world::Irradiance3 sky = sky_irradiance(environment, face);

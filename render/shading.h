@@ -35,6 +35,10 @@ struct Shading {
   }
 };
 
+/// The same on a surface of any unit normal.
+Rgb normal_radiance(const Shading& shading, const world::Environment& environment, world::BlockId block,
+                    const world::Vec3d& normal, bool sun_visible);
+
 /// Radiance of the sky along a direction whose y component over its length is `cosine`.
 Rgb sky_radiance(const world::Environment& environment, double cosine);
 /// Irradiance of the whole sky and ground on a face of the voxel grid, closed form.

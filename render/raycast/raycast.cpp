@@ -11,6 +11,7 @@
 #include "render/bsdf/bsdf.h"
 #include "render/trace/picture.h"
 #include "world/base/jobs.h"
+#include "world/store/contour_walk.h"
 #include "world/store/ray_stream.h"
 
 namespace render {
@@ -51,8 +52,9 @@ struct Spent {
 /// One picture: what all threads read.
 class Picture {
  public:
-  Picture(const world::WorldView& view, const RayStream& occupied, const RayStream& opaque, const Camera& camera,
-          const RenderKnobs& knobs, int width, int height, Image& image)
+  Picture(const world::WorldView& view, const RayStream& occupied, const RayStream& opaque,
+          const world::StoreContours::Followed* contours, const Camera& camera, const RenderKnobs& knobs, int width,
+          int height, Image& image)
       : view_(view),
         camera_(camera.position),
         rays_(camera, width, height),
@@ -62,8 +64,12 @@ class Picture {
         occupied_(occupied.walker()),
         opaque_(opaque.walker()),
         shading_(view.environment(), view.palette()),
+        contours_(contours),
         in_bounds_(occupied_.in_bounds(camera.position.voxel)),
-        inside_(occupied_.volume().test(camera.position.voxel)),
+        // In a contour's voxel the eye is in front of the surface.
+        inside_(contours ? contours->contours.cells().test(camera.position.voxel) &&
+                               contours->contours.plane(camera.position.voxel) == world::kNoContour
+                         : occupied_.volume().test(camera.position.voxel)),
         image_(image) {}
 
   /// Renders rows of tiles; threads write disjoint pixels.
@@ -95,6 +101,7 @@ class Picture {
         pixel_x[count] = x, pixel_y[count++] = y;
     GridRay rays[kTile * kTile];
     GridHit hits[kTile * kTile];
+    Vec3d normals[kTile * kTile];  // of contours, where there are any; 0 on faces
     bool sunlit[kTile * kTile];
     LeafCache blocks{reader};
 
@@ -108,20 +115,33 @@ class Picture {
     if (inside_)
       for (int i = 0; i < count; ++i) hits[i] = cast_from_inside(rays[i], blocks);
     else
-      occupied_rays_.first_set_coherent({rays, size_t(count)}, {hits, size_t(count)});
+      (contours_ ? contours_->cells : occupied_rays_).first_set_coherent({rays, size_t(count)}, {hits, size_t(count)});
+    if (contours_) std::fill(std::begin(normals), std::end(normals), Vec3d(0.0));
+    if (contours_ && !inside_)
+      for (int i = 0; i < count; ++i) {
+        const world::ContourHit hit = contours_->walker.first_hit_from(rays[i], hits[i]);
+        hits[i] = hit.grid;
+        if (hit.smooth) normals[i] = hit.normal;
+      }
     spent.primary_ms += ms_since(start);
 
     start = Clock::now();
     std::fill(std::begin(sunlit), std::end(sunlit), true);
-    if (knobs_.sun_shadow == SunShadow::ray) cast_shadows(rays, hits, count, sunlit, spent);
+    if (knobs_.sun_shadow == SunShadow::ray) cast_shadows(rays, hits, normals, count, sunlit, spent);
     spent.shadow_ms += ms_since(start);
 
     start = Clock::now();
     for (int i = 0; i < count; ++i) {
       const Vec3d& direction = rays[i].direction;
-      image_.at(pixel_x[i], pixel_y[i]) =
-          hits[i].hit() ? shading_.face_radiance(blocks.get(hits[i].voxel), hits[i].face, sunlit[i])
-                        : sky_radiance(view_.environment(), direction.y / glm::length(direction));
+      Rgb& pixel = image_.at(pixel_x[i], pixel_y[i]);
+      if (!hits[i].hit())
+        pixel = sky_radiance(view_.environment(), direction.y / glm::length(direction));
+      else if (contours_ && normals[i] != Vec3d(0.0))
+        pixel = normal_radiance(shading_, view_.environment(),
+                                blocks.get(contours_->walker.matter_voxel(hits[i].voxel, normals[i])), normals[i],
+                                sunlit[i]);
+      else
+        pixel = shading_.face_radiance(blocks.get(hits[i].voxel), hits[i].face, sunlit[i]);
     }
     spent.shade_ms += ms_since(start);
   }
@@ -150,7 +170,9 @@ class Picture {
     }
   }
 
-  void cast_shadows(const GridRay* rays, const GridHit* hits, int count, bool* sunlit, Spent& spent) const {
+  void cast_shadows(const GridRay* rays, const GridHit* hits, const Vec3d* normals, int count, bool* sunlit,
+                    Spent& spent) const {
+    if (contours_ && !inside_) return cast_contour_shadows(rays, hits, normals, count, sunlit, spent);
     GridRay to_sun[kTile * kTile];
     uint8_t blocked[kTile * kTile];
     int pixel[kTile * kTile];
@@ -165,6 +187,19 @@ class Picture {
     spent.shadow_rays += sent;
   }
 
+  void cast_contour_shadows(const GridRay* rays, const GridHit* hits, const Vec3d* normals, int count, bool* sunlit,
+                            Spent& spent) const {
+    const Vec3d& to_sun = view_.environment().sun_direction;
+    for (int i = 0; i < count; ++i) {
+      if (!hits[i].hit()) continue;
+      const bool smooth = normals[i] != Vec3d(0.0);
+      const bool faces_sun = smooth ? glm::dot(normals[i], to_sun) > 0 : shading_.sun_faces[hits[i].face];
+      sunlit[i] =
+          faces_sun && !contours_->walker.blocked(rays[i], {hits[i], normals[i], smooth}, to_sun, opaque_.volume());
+      spent.shadow_rays += faces_sun;
+    }
+  }
+
   const world::WorldView& view_;
   world::WorldPoint camera_;
   PixelRays rays_;
@@ -172,8 +207,9 @@ class Picture {
   const RayStream &occupied_rays_, &opaque_rays_;
   const MaskWalker &occupied_, &opaque_;
   Shading shading_;
-  bool in_bounds_;  // the camera is within the regions that hold anything
-  bool inside_;     // the camera is in a block
+  const world::StoreContours::Followed* contours_;  // null: all voxels are cubes
+  bool in_bounds_;                                  // the camera is within the regions that hold anything
+  bool inside_;                                     // the camera is in a block
   Image& image_;
 };
 
@@ -189,6 +225,8 @@ world::Status check(const Camera& camera, const RenderKnobs& knobs, int width, i
     return world::usage_error(
         fmt::format("the camera lies outside the world, whose border is at {} m on each axis", world::kWorldBorder));
   if (!(knobs.view_distance >= 0)) return world::usage_error("view_distance must be 0 or more metres");
+  if (!(knobs.contour_iso >= 0 && std::isfinite(knobs.contour_iso)))
+    return world::usage_error("contour_iso must be a finite density of 0 or more");
   return {};
 }
 
@@ -204,7 +242,9 @@ class RaycastBackend : public Backend {
     Frame frame{Image(width, height), {}};
     const RayStream& occupied = rays_.stream(view.store(), MaskKind::occupied);
     const RayStream& opaque = rays_.stream(view.store(), MaskKind::opaque);
-    const Picture picture(view, occupied, opaque, camera, knobs, width, height, frame.image);
+    const world::StoreContours::Followed* contours =
+        contours_.follow(view.store(), static_cast<world::ContourShape>(knobs.contours), knobs.contour_iso);
+    const Picture picture(view, occupied, opaque, contours, camera, knobs, width, height, frame.image);
     const double prepare_ms = ms_since(start);
     Spent total;
     std::mutex adding;
@@ -220,7 +260,8 @@ class RaycastBackend : public Backend {
     // Threads' times, scaled to their share of the picture's.
     const double sum = total.primary_ms + total.shadow_ms + total.shade_ms;
     const double share = sum > 0 ? (report.ms - prepare_ms) / sum : 0;
-    report.passes = {{"prepare", prepare_ms, 0, rays_.bytes()}, {"primary", total.primary_ms * share}};
+    report.passes = {{"prepare", prepare_ms, 0, rays_.bytes() + contours_.bytes()},
+                     {"primary", total.primary_ms * share}};
     if (knobs.sun_shadow == SunShadow::ray) report.passes.push_back({"sun_shadow", total.shadow_ms * share});
     report.passes.push_back({"shade", total.shade_ms * share});
     report.device = fmt::format("CPU, {} thread{}", world::thread_count(), world::thread_count() == 1 ? "" : "s");
@@ -229,6 +270,7 @@ class RaycastBackend : public Backend {
 
  private:
   world::StoreRays rays_;
+  world::StoreContours contours_;
 };
 
 }  // namespace

@@ -7,10 +7,16 @@
 /// voxel in front of the face, exactly on it, through opaque voxels.
 ///
 /// That is so where one ray a pixel of direct light is asked for and the world has no luminaires, media or meshes.
-/// Otherwise each sample is a call of an integrator (render/trace/transport.h), as light_transport says.
+/// Otherwise each sample is a call of an integrator (render/trace/transport.h), as light_transport says; integrators
+/// draw cubes, whatever `contours` says.
 ///
-/// knobs  view_distance (Euclidean, to the hit), sun_shadow, light_transport and those of render/trace/picture.h
-/// error  none beyond double rounding of the ray itself: the first hit equals the flat walk's, bit for bit
+/// Where the world has a level set (or contour_iso names a density) and contours are on, rays meet the smooth surface
+/// (world/store/contour_walk.h) and the sun and the sky light its own normal. From inside a full voxel all is cubes.
+///
+/// knobs  view_distance (Euclidean, to the hit), sun_shadow, contours, contour_iso, light_transport and those of
+///        render/trace/picture.h
+/// error  without contours none beyond double rounding of the ray itself: the first hit equals the flat walk's, bit
+///        for bit
 /// fails  usage, where the picture's size or the camera is out of range
 #pragma once
 
