@@ -1,0 +1,91 @@
+#include "tools/bench/sight_lines.h"
+
+#include <cmath>
+
+#include "tools/picture.h"
+#include "world/base/jobs.h"
+#include "world/base/random.h"
+
+namespace tools {
+
+using world::Vec3d;
+
+namespace {
+
+constexpr size_t kLinesAtOnce = 32;
+
+double sum_of(const Vec3d& v) { return v.x + v.y + v.z; }
+
+}  // namespace
+
+Result<std::shared_ptr<const SightLines>> SightLines::make(const world::Scene& scene, int width, int height) {
+  world::ImportReport report;
+  TRY(world::World made, build_picture_world(scene, report));
+  std::shared_ptr<SightLines> lines(new SightLines(std::move(made)));
+  TRY(render::TraceScene traced, render::TraceScene::build(lines->view_));
+  lines->scene_ = std::make_unique<const render::TraceScene>(std::move(traced));
+  lines->lights_ = std::make_unique<const render::LightSet>(render::LightSet::build(*lines->scene_));
+  TRY(const world::CameraPlacement placement, world::scene_camera(scene, lines->world_, ""));
+  const render::Camera camera = render::Camera::from(placement);
+  const render::PixelRays pixels(camera, width, height);
+  render::Tracer tracer(*lines->scene_);
+  std::vector<render::Crossing> crossings;
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      Line line{{}, static_cast<uint32_t>(x), static_cast<uint32_t>(y)};
+      line.ray.ray = world::GridRay(camera.position, glm::normalize(pixels.direction(x + 0.5, y + 0.5)));
+      line.ray.around = tracer.around(camera.position);
+      const render::Surface met = tracer.intersect(line.ray, crossings);
+      if (!met.hit() || met.kind == render::SurfaceKind::luminaire) continue;
+      const render::TraceScene::Material& material = lines->scene_->materials()[met.block];
+      if (material.finite && !material.transmits) lines->lines_.push_back(line);
+    }
+  if (lines->lines_.empty())
+    return world::input_error("the camera of scene " + scene.name + " sees no surface that scatters");
+  return std::shared_ptr<const SightLines>(std::move(lines));
+}
+
+std::vector<Vec3d> SightLines::radiance(Integrator integrator, const render::RenderKnobs& knobs, int samples,
+                                        uint64_t seed) const {
+  std::vector<Vec3d> means(lines_.size());
+  const render::TransportScene shared{scene_.get(), lights_.get(), knobs};
+  world::parallel_ranges(lines_.size(), kLinesAtOnce, [&](size_t begin, size_t end) {
+    render::Transport transport(shared);
+    for (size_t i = begin; i < end; ++i) {
+      Vec3d sum(0);
+      for (int s = 0; s < samples; ++s)
+        sum += integrator(
+            transport, lines_[i].ray,
+            render::Sampler(knobs.sample_sequence, seed, lines_[i].x, lines_[i].y, static_cast<uint32_t>(s)));
+      means[i] = sum / double(samples);
+    }
+  });
+  return means;
+}
+
+LineHalves line_halves(const SightLines& lines, render::RenderKnobs knobs, int scatterings, int samples,
+                       uint64_t seed) {
+  knobs.max_depth = scatterings;
+  knobs.sample_sequence = render::SampleSequence::sobol;
+  const auto half = [&](uint64_t salt) {
+    return lines.radiance(render::path_radiance, knobs, samples, world::hash_combine(seed, salt));
+  };
+  LineHalves halves{half(0xa), half(0xb)};
+  for (size_t i = 0; i < halves.a.size(); ++i) halves.mean += sum_of(halves.a[i]) + sum_of(halves.b[i]);
+  halves.mean /= 6.0 * static_cast<double>(halves.a.size());
+  return halves;
+}
+
+double relative_rms(const std::vector<Vec3d>& seen, const LineHalves& truth) {
+  double sum = 0;
+  for (size_t i = 0; i < seen.size(); ++i) sum += glm::dot(seen[i] - truth.a[i], seen[i] - truth.b[i]);
+  return std::sqrt(std::max(sum, 0.0) / (3.0 * static_cast<double>(seen.size()))) / truth.mean;
+}
+
+double relative_bias(const std::vector<Vec3d>& seen, const LineHalves& truth) {
+  double sum = 0;
+  for (size_t i = 0; i < seen.size(); ++i) sum += sum_of(seen[i]) - 0.5 * (sum_of(truth.a[i]) + sum_of(truth.b[i]));
+  return sum / (3.0 * static_cast<double>(seen.size())) / truth.mean;
+}
+
+}  // namespace tools
