@@ -23,7 +23,7 @@ TEST(Generators, AreFoundByNameAndRefuseWhatTheyDoNotKnow) {
     return make_generator(name, 1, parameters, standard_blocks()).error().message;
   };
   EXPECT_EQ(error("vally", {}),
-            "unknown generator 'vally' (did you mean 'valley'?); there are checkerboard, flat, random, valley");
+            "unknown generator 'vally' (did you mean 'valley'?); there are checkerboard, empty, flat, random, valley");
   EXPECT_EQ(error("flat", {{"grund_m", 3}}), "generator 'flat' has no parameter 'grund_m' (did you mean 'ground_m'?)");
   EXPECT_EQ(error("random", {{"density", 2}}), "generator 'random': density must be in [0, 1]");
   const BlockPalette empty;
