@@ -40,6 +40,17 @@ bool transmits(const Bsdf& bsdf, const BsdfParameters& parameters) {
   return false;
 }
 
+/// m^2 that a shape shows where it joins nothing; sheets on both sides.
+double shown_area(const world::Proxy& shape) {
+  double area = 0;
+  const std::vector<world::ProxyFace> faces = world::proxy_faces(shape, 0);
+  for (const world::ProxyFace& f : faces)
+    area += glm::length(cross(Vec3d(f.corner[1] - f.corner[0]), Vec3d(f.corner[3] - f.corner[0])));
+  for (const world::ProxyQuad& q : shape.quads)
+    if (world::Proxy::has_part(q.joins, 0)) area += glm::length(cross(Vec3d(q.u), Vec3d(q.v)));
+  return std::max(area, 1e-6);
+}
+
 Vec3d difference(VoxelPos a, VoxelPos b) { return Vec3d(double(a.x) - b.x, double(a.y) - b.y, double(a.z) - b.z); }
 
 }  // namespace
@@ -73,6 +84,12 @@ TraceRay Surface::spawn(const Vec3f& direction) const {
     if (through) next.ray.fraction[axis] = 1 - point[axis];  // the same plane, from the voxel beyond
     return next;
   }
+  if (kind == SurfaceKind::shape) {
+    next.ray.voxel = front;
+    next.ray.fraction = clamp(point, Vec3d(0), Vec3d(1));
+    next.from_part = part;
+    return next;
+  }
   const Vec3d moved = world::offset_ray_origin<double>({point, error}, Vec3d(normal), Vec3d(direction));
   WorldPoint corner;
   corner.voxel = front;
@@ -98,6 +115,7 @@ TraceScene::TraceScene(const world::WorldView& view) : view_(&view), grid_(view.
 world::Result<TraceScene> TraceScene::build(const world::WorldView& view) {
   TRY_STATUS(check_bsdfs(view.palette()));
   TraceScene scene(view);
+  TRY(scene.shapes_, world::block_shapes(view.palette()));
   TRY(scene.meshes_, MeshScene::build(view.world()));
   scene.add_materials();
   TRY_STATUS(scene.add_media());
@@ -116,7 +134,9 @@ void TraceScene::add_materials() {
     m.bsdf = find_bsdf(block.bsdf);
     m.outside = bsdf_parameters(block, index_air, false);
     m.inside = bsdf_parameters(block, index_air, true);
-    m.emission = vector_of(block.emission) * static_cast<float>(1 / (6 * kPi));  // 6 faces of 1 m^2, Lambertian
+    // Lambertian: P = pi A L, with A = 6 m^2 of a cube.
+    const world::Proxy* shape = shapes_.shape[id];
+    m.emission = vector_of(block.emission) * static_cast<float>(1 / (kPi * (shape ? shown_area(*shape) : 6)));
     m.absorption = vector_of(block.absorption);
     m.index = block.index_of_refraction;
     const Vec3f up(0, 1, 0);
@@ -227,16 +247,48 @@ bool Tracer::next_change(const GridAxes& axes, WalkPlace& place, double& t_limit
   return true;
 }
 
+bool Tracer::meet_shape(const TraceRay& r, VoxelPos voxel, BlockId id, double t_limit, int from_part, Surface& s) {
+  const world::Proxy& shape = *scene_->shape(id);
+  const uint8_t joins = scene_->shapes().joins_at(shape, voxel, [this](VoxelPos v) { return block(v); });
+  ProxyHit hit;
+  if (!intersect_proxy(shape, joins, r.ray, voxel, t_limit, hit, from_part)) return false;
+  const TraceScene::Material& material = scene_->materials()[id];
+  if (hit.inside && !material.transmits) return false;
+  const bool behind = dot(Vec3d(hit.normal), r.ray.direction) > 0;
+  s.kind = SurfaceKind::shape;
+  s.t = hit.t;
+  s.block = id;
+  s.inside = hit.inside;
+  s.front = s.behind = voxel;
+  s.point = hit.point;
+  s.error = hit.error;
+  s.part = hit.part;
+  s.normal = s.shading_normal = behind ? -hit.normal : hit.normal;
+  s.bsdf = material.bsdf;
+  s.parameters = hit.inside ? material.inside : material.outside;
+  s.emission = hit.inside ? Vec3f(0) : material.emission;
+  return true;
+}
+
 void Tracer::meet_grid(const TraceRay& r, Surface& s) {
   const auto& materials = scene_->materials();
   const GridAxes axes(r.ray);
   WalkPlace place{r.ray.voxel, 0, -1};
   double t_limit = std::min(r.ray.t_max, std::numeric_limits<double>::max());
   BlockId from = block(r.ray.voxel), to = kAir;
-  for (;; from = to) {
-    if (!next_change(axes, place, t_limit, from, to)) return;
+  int from_part = r.from_part;
+  for (;; from = to, from_part = kNoPart) {
+    if (scene_->shape(from)) {
+      if (meet_shape(r, place.voxel, from, t_limit, from_part, s)) return;
+      if (!world::mask_walk::leave_cube(axes, place, 0, t_limit)) return;
+      to = block(place.voxel);
+    } else if (!next_change(axes, place, t_limit, from, to)) {
+      return;
+    }
     if (scene_->face_between(from, to) != TraceScene::FaceOf::neither) break;
   }
+  if (scene_->shape(from)) from = kAir;
+  if (scene_->shape(to)) to = kAir;
   const bool leaves = scene_->face_between(from, to) == TraceScene::FaceOf::first;
   s.kind = SurfaceKind::voxel;
   s.t = place.t;
@@ -346,7 +398,9 @@ Vec3f Tracer::absorption(const TraceRay& ray) {
       return scene_->materials()[mesh.block_id].absorption;
   }
   const BlockId start = block(ray.ray.voxel);
-  return start != kAir && scene_->materials()[start].transmits ? scene_->materials()[start].absorption : Vec3f(0);
+  return start != kAir && !scene_->shape(start) && scene_->materials()[start].transmits
+             ? scene_->materials()[start].absorption
+             : Vec3f(0);
 }
 
 MeshesAround Tracer::around(const WorldPoint& point) {

@@ -9,6 +9,9 @@
 /// Within a block rays walk on while the id stays the same. Light that crosses a block loses exp(-absorption *
 /// distance).
 ///
+/// A block that has a shape (render/trace/proxies.h) is air with that shape in it: solid boxes of its material, and
+/// sheets seen from both sides. Its emission is spread evenly over the shape.
+///
 /// A luminaire is seen from its emitting side and ends a ray there; from behind it isn't there. One on a face of a
 /// voxel lies before that face: its distance counts as smaller by 1e-4 of itself.
 ///
@@ -23,6 +26,7 @@
 #include "render/bsdf/bsdf.h"
 #include "render/trace/grid_caster.h"
 #include "render/trace/mesh_scene.h"
+#include "render/trace/proxies.h"
 #include "world/world.h"
 
 namespace render {
@@ -45,6 +49,7 @@ class MeshesAround {
 struct TraceRay {
   world::GridRay ray;  // direction of length 1: t is in m
   MeshOrigin from;
+  int from_part = kNoPart;  // of the shape in the start's voxel
   MeshesAround around;
 
   world::WorldPoint start() const {
@@ -62,7 +67,7 @@ struct Crossing {
   bool enters = false;
 };
 
-enum class SurfaceKind { none, voxel, mesh, luminaire };
+enum class SurfaceKind { none, voxel, shape, mesh, luminaire };
 
 struct Surface {
   SurfaceKind kind = SurfaceKind::none;
@@ -74,6 +79,7 @@ struct Surface {
   int face = world::kNoFace;  // of `behind`, where that is a voxel's
   uint32_t index = 0;         // mesh: the instance; luminaire: into TraceScene::luminaires
   uint32_t triangle = 0;      // of a mesh
+  int part = kNoPart;         // of a shape
   world::BlockId block = world::kAir;  // whose surface it is
   bool inside = false;                 // the ray comes from within that block or mesh
   Vec3f normal{0}, shading_normal{0};  // unit, on the side that the ray comes from
@@ -121,7 +127,7 @@ class TraceScene {
     const Bsdf* bsdf = nullptr;
     BsdfParameters outside{}, inside{};  // seen from air, and from within towards air
     Vec3f absorption{0};                 // 1/m
-    Vec3f emission{0};                   // W/(m^2 sr) of its faces
+    Vec3f emission{0};                   // W/(m^2 sr) of its faces, or of its shape
     float index = 1;                     // of refraction
     bool transmits = false;              // has impulses to the other side
     bool finite = false;                 // scatters not by impulses alone
@@ -145,11 +151,17 @@ class TraceScene {
   /// Whose face a ray sees that goes from a voxel of one block into one of another: see the head of this file.
   enum class FaceOf { neither, first, second };
   FaceOf face_between(world::BlockId first, world::BlockId second) const {
+    if (shape(first)) first = world::kAir;
+    if (shape(second)) second = world::kAir;
+    if (first == second) return FaceOf::neither;
     if (first != world::kAir && !materials_[first].transmits) return FaceOf::neither;
     const bool leaves =
         second == world::kAir || (first != world::kAir && materials_[second].transmits && first > second);
     return leaves ? FaceOf::first : FaceOf::second;
   }
+  /// What stands in a block's voxels; null: the cube.
+  const world::Proxy* shape(world::BlockId block) const { return shapes_.shape[block]; }
+  const world::BlockShapes& shapes() const { return shapes_; }
   /// BSDF parameters of a surface towards any other medium.
   BsdfParameters parameters(world::BlockId block, float index_other, bool inside) const;
   /// Bytes that media, meshes and luminaires made the scene keep.
@@ -166,6 +178,7 @@ class TraceScene {
   const world::WorldView* view_;
   GridCaster grid_;
   MeshScene meshes_;
+  world::BlockShapes shapes_;
   std::vector<Material> materials_;
   std::vector<Instance> instances_;
   std::vector<SceneLuminaire> luminaires_;
@@ -211,6 +224,8 @@ class Tracer {
   bool next_change(const world::GridAxes& axes, world::WalkPlace& place, double& t_limit, world::BlockId from,
                    world::BlockId& to);
   void meet_grid(const TraceRay& ray, Surface& surface);
+  bool meet_shape(const TraceRay& ray, world::VoxelPos voxel, world::BlockId block, double t_limit, int from_part,
+                  Surface& surface);
   void meet_meshes(const TraceRay& ray, std::vector<Crossing>& crossings, Surface& surface);
   void meet_luminaires(const TraceRay& ray, uint32_t not_this, Surface& surface);
   const world::LeafBlocks& leaf(world::VoxelPos voxel);

@@ -152,6 +152,7 @@ LightSet LightSet::build(const TraceScene& scene, bool photons) {
 void LightSet::add_voxels(const TraceScene& scene) {
   const world::MaskVolume& emitting = scene.view().masks(world::MaskKind::emitting);
   Tracer blocks(scene);
+  std::map<uint32_t, uint32_t> known_shapes;
   bool first = true;
   for (const world::MaskRegion* region : emitting.regions())
     for (int i = 0; i < world::kLeavesPerRegion; ++i) {
@@ -162,12 +163,18 @@ void LightSet::add_voxels(const TraceScene& scene) {
         const VoxelPos voxel = voxel_from_leaf(leaf) + world::offset_in_leaf(index);
         if (!mask.test(voxel)) continue;
         VoxelEmitter v{voxel, 0, blocks.block(voxel)};
-        for (int face = 0; face < world::kFaces; ++face) {
-          const BlockId beside = blocks.block(voxel + world::face_step(face));
-          if (beside != v.block && scene.face_between(beside, v.block) == TraceScene::FaceOf::second)
-            v.faces = static_cast<uint8_t>(v.faces | 1u << face);
+        if (const world::Proxy* shape = scene.shape(v.block)) {
+          const auto block_at = [&](VoxelPos p) { return blocks.block(p); };
+          v.shape = shape_of(v.block, scene.shapes().joins_at(*shape, voxel, block_at), known_shapes);
+          if (shapes_[v.shape].areas.empty()) continue;
+        } else {
+          for (int face = 0; face < world::kFaces; ++face) {
+            const BlockId beside = blocks.block(voxel + world::face_step(face));
+            if (beside != v.block && scene.face_between(beside, v.block) == TraceScene::FaceOf::second)
+              v.faces = static_cast<uint8_t>(v.faces | 1u << face);
+          }
+          if (v.faces == 0) continue;
         }
-        if (v.faces == 0) continue;
         if (first) anchor_.voxel = voxel, first = false;
         Emitter e;
         e.kind = LightKind::voxel;
@@ -175,13 +182,29 @@ void LightSet::add_voxels(const TraceScene& scene) {
         e.centre = Vec3f(difference(voxel, anchor_.voxel) + 0.5);
         e.radius = 0.8660254f;
         const float radiance = static_cast<float>(mean_of(Vec3d(scene.materials()[v.block].emission)));
-        e.power = static_cast<float>(kPi) * radiance * static_cast<float>(std::popcount(v.faces));
-        e.intensity = radiance * 1.7320508f;  // along a diagonal three faces show 1 / sqrt(3) each
+        const float area = v.shape == UINT32_MAX ? static_cast<float>(std::popcount(v.faces))
+                                                 : static_cast<float>(shapes_[v.shape].areas.back());
+        e.power = static_cast<float>(kPi) * radiance * area;
+        // Of a cube along a diagonal, three faces show 1 / sqrt(3) each.
+        e.intensity = radiance * (v.shape == UINT32_MAX ? 1.7320508f : area);
         emitter_of_voxel_[voxel] = static_cast<uint32_t>(emitters_.size());
         emitters_.push_back(e);
         voxels_.push_back(v);
       }
     }
+}
+
+uint32_t LightSet::shape_of(BlockId block, uint8_t joins, std::map<uint32_t, uint32_t>& known) {
+  const auto [found, fresh] = known.try_emplace(uint32_t{block} << 8 | joins, static_cast<uint32_t>(shapes_.size()));
+  if (!fresh) return found->second;
+  Shape shape;
+  shape.faces = world::proxy_faces(*scene_->shape(block), joins);
+  double area = 0;
+  for (const world::ProxyFace& f : shape.faces)
+    shape.areas.push_back(area +=
+                          glm::length(cross(Vec3d(f.corner[1] - f.corner[0]), Vec3d(f.corner[3] - f.corner[0]))));
+  shapes_.push_back(std::move(shape));
+  return found->second;
 }
 
 void LightSet::corners(uint32_t instance, uint32_t triangle, const WorldPoint& from, Vec3d (&out)[3]) const {
@@ -508,7 +531,32 @@ bool LightSet::sample_luminaire(uint32_t index, const Receiver& receiver, Vec2f 
   return true;
 }
 
+bool LightSet::sample_shape(const VoxelEmitter& v, const Receiver& receiver, Vec2f u, LightSample& sample) const {
+  const Shape& shape = shapes_[v.shape];
+  double at = double{u.x} * shape.areas.back();
+  const size_t i =
+      std::min(static_cast<size_t>(std::upper_bound(shape.areas.begin(), shape.areas.end(), at) - shape.areas.begin()),
+               shape.areas.size() - 1);
+  const double before = i > 0 ? shape.areas[i - 1] : 0, area = shape.areas[i] - before;
+  if (!(area > 0)) return false;
+  at = std::clamp((at - before) / area, 0.0, 1.0);
+  const world::ProxyFace& f = shape.faces[i];
+  const Vec3d corner(f.corner[0]), a = Vec3d(f.corner[1]) - corner, b = Vec3d(f.corner[3]) - corner;
+  const Vec3d to =
+      difference(v.voxel, receiver.position.voxel) - receiver.position.fraction + corner + at * a + double{u.y} * b;
+  const double distance = glm::length(to), cosine = std::abs(dot(cross(a, b), to)) / (area * distance);
+  if (!(distance > 0) || !(cosine > 0)) return false;
+  sample = {};
+  sample.distance = distance;
+  sample.direction = Vec3f(to / distance);
+  sample.radiance = Vec3d(scene_->materials()[v.block].emission);
+  sample.pdf = distance * distance / (cosine * shape.areas.back());
+  sample.target = {LightKind::voxel, 0, 0, v.voxel, world::kNoFace};
+  return true;
+}
+
 bool LightSet::sample_voxel(const VoxelEmitter& v, const Receiver& receiver, Vec2f u, LightSample& sample) const {
+  if (v.shape != UINT32_MAX) return sample_shape(v, receiver, u, sample);
   const SeenFaces seen = seen_faces(v.voxel, v.faces, receiver.position);
   if (!(seen.solid_angle > 0)) return false;
   // One number picks the face and, what is left of it, the place.
@@ -564,13 +612,20 @@ double LightSet::pdf_luminaire(const Receiver& receiver, uint32_t luminaire, dou
                                                 : local_share(receiver, emitter));
 }
 
-double LightSet::pdf_voxel(const Receiver& receiver, VoxelPos voxel, int face, const Vec3f&, double distance) const {
-  const auto found = emitter_of_voxel_.find(voxel);
+double LightSet::pdf_voxel(const Receiver& receiver, const Surface& s, const Vec3f& direction, double distance) const {
+  const auto found = emitter_of_voxel_.find(s.behind);
   if (found == emitter_of_voxel_.end()) return 0;
-  const SeenFaces seen = seen_faces(voxel, voxels_[emitters_[found->second].index].faces, receiver.position);
+  const VoxelEmitter& v = voxels_[emitters_[found->second].index];
+  if (v.shape != UINT32_MAX) {
+    const double cosine = std::abs(double{dot(s.normal, direction)});
+    return cosine > 0
+               ? distance * distance / (cosine * shapes_[v.shape].areas.back()) * local_share(receiver, found->second)
+               : 0;
+  }
+  const SeenFaces seen = seen_faces(s.behind, v.faces, receiver.position);
   for (int i = 0; i < seen.count; ++i) {
     const SeenFace& f = seen.face[static_cast<size_t>(i)];
-    if (f.face != face) continue;
+    if (f.face != s.face) continue;
     const double pdf = by_solid_angle(seen)
                            ? 1 / seen.solid_angle
                            : f.solid_angle / seen.solid_angle * distance * distance * distance / f.height;
@@ -648,6 +703,24 @@ bool LightSet::emit(const float (&u)[5], LightPhoton& photon) const {
     from_luminaire(e.index);
   } else if (e.kind == LightKind::voxel) {
     const VoxelEmitter& v = voxels_[e.index];
+    photon.source = {LightKind::voxel, 0, 0, v.voxel, world::kNoFace};
+    if (v.shape != UINT32_MAX) {
+      // From the fronts: what a sheet sends from its back is missing.
+      const Shape& shape = shapes_[v.shape];
+      double place = double{u[1]} * shape.areas.back();
+      const size_t k = std::min(
+          static_cast<size_t>(std::upper_bound(shape.areas.begin(), shape.areas.end(), place) - shape.areas.begin()),
+          shape.areas.size() - 1);
+      const double before = k > 0 ? shape.areas[k - 1] : 0, area = shape.areas[k] - before;
+      place = std::clamp((place - before) / area, 0.0, 1.0);
+      const world::ProxyFace& f = shape.faces[k];
+      const Vec3d corner(f.corner[0]), a = Vec3d(f.corner[1]) - corner, b = Vec3d(f.corner[3]) - corner;
+      photon.origin.voxel = v.voxel;
+      photon.origin.fraction = clamp(corner + place * a + double{u[2]} * b, Vec3d(0), Vec3d(1));
+      photon.direction = cosine_direction(glm::normalize(cross(a, b)));
+      photon.power = Vec3d(scene_->materials()[v.block].emission) * (kPi * shape.areas.back() / share);
+      return photon.power != Vec3d(0);
+    }
     const int shown = std::popcount(v.faces);
     double pick = double{u[1]} * shown;
     int which = std::min(static_cast<int>(pick), shown - 1), face = 0;

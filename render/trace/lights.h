@@ -6,15 +6,16 @@
 /// be they 10^5, are the leaves of one binary tree, which is descended by the power below each node over the squared
 /// distance, zero where the node shines elsewhere or lies below the point's horizon.
 ///
-/// A voxel's faces that a point sees are sampled uniformly over the solid angle that they fill (below 1e-3 sr over
-/// their area), so that a sample's weight stays bounded where lamp and wall touch (hard case B14).
-/// memory  100 bytes an emitting voxel or triangle
-/// cost    a sample descends 2 log2(n) nodes; building sorts n log2(n) times
-/// source  Alejandro Conty Estevez, Christopher Kulla. Importance Sampling of Many Lights with Adaptive Tree Splitting.
+/// Shapes of blocks are sampled over their area. A voxel's faces that a point sees are sampled uniformly over the solid
+/// angle that they fill (below 1e-3 sr over their area), so that a sample's weight stays bounded where lamp and wall
+/// touch (hard case B14). memory  100 bytes an emitting voxel or triangle cost    a sample descends 2 log2(n) nodes;
+/// building sorts n log2(n) times source  Alejandro Conty Estevez, Christopher Kulla. Importance Sampling of Many
+/// Lights with Adaptive Tree Splitting.
 ///         2018; Carlos Urena, Marcos Fajardo, Alan King. An Area-Preserving Parametrization for Spherical Rectangles.
 ///         2013; Eric Veach, Leonidas Guibas. Optimally Combining Sampling Techniques for Monte Carlo Rendering. 1995
 #pragma once
 
+#include <map>
 #include <unordered_map>
 #include <vector>
 
@@ -74,8 +75,7 @@ class LightSet {
   // With which sample() would have chosen what a ray from the receiver met, 1/sr; 0 where it could not.
   double pdf_sky(const Receiver& receiver, const Vec3f& direction) const;
   double pdf_luminaire(const Receiver& receiver, uint32_t luminaire, double direction_pdf) const;
-  double pdf_voxel(const Receiver& receiver, world::VoxelPos voxel, int face, const Vec3f& direction,
-                   double distance) const;
+  double pdf_voxel(const Receiver& receiver, const Surface& surface, const Vec3f& direction, double distance) const;
   double pdf_triangle(const Receiver& receiver, uint32_t instance, uint32_t triangle, const Vec3f& direction,
                       double distance) const;
 
@@ -102,6 +102,12 @@ class LightSet {
     world::VoxelPos voxel;
     uint8_t faces = 0;  // bit: shows
     world::BlockId block = world::kAir;
+    uint32_t shape = UINT32_MAX;  // into shapes_; else the cube
+  };
+  /// A block's shape as its neighbours make it: parallelograms, and the areas up to each.
+  struct Shape {
+    std::vector<world::ProxyFace> faces;
+    std::vector<double> areas;
   };
   struct Emitter {
     LightKind kind = LightKind::voxel;
@@ -141,6 +147,8 @@ class LightSet {
   Shares shares(const Receiver& receiver, const Vec3f& from_anchor) const;
   double far_share(const Receiver& receiver, LightKind kind, uint32_t luminaire) const;
   double local_share(const Receiver& receiver, uint32_t emitter) const;
+  uint32_t shape_of(world::BlockId block, uint8_t joins, std::map<uint32_t, uint32_t>& known);
+  bool sample_shape(const VoxelEmitter& emitter, const Receiver& receiver, Vec2f u, LightSample& sample) const;
   bool sample_voxel(const VoxelEmitter& emitter, const Receiver& receiver, Vec2f u, LightSample& sample) const;
   bool sample_triangle(const Emitter& emitter, const Receiver& receiver, Vec2f u, LightSample& sample) const;
   bool sample_luminaire(uint32_t index, const Receiver& receiver, Vec2f u, LightSample& sample) const;
@@ -153,6 +161,7 @@ class LightSet {
   const TraceScene* scene_ = nullptr;
   std::vector<FarLight> far_;
   std::vector<VoxelEmitter> voxels_;
+  std::vector<Shape> shapes_;
   std::vector<Emitter> emitters_;
   std::vector<Node> nodes_;
   std::vector<uint32_t> leaf_of_;   // by emitter

@@ -89,8 +89,8 @@ class Path {
     if (s.emission != Vec3f(0)) {
       const double distance = glm::length(s.position() - receiver_.position);
       add(Vec3d(s.emission), impulse_ ? 0
-                             : s.kind == SurfaceKind::voxel
-                                 ? t_.lights().pdf_voxel(receiver_, s.behind, s.face, direction, distance)
+                             : s.kind != SurfaceKind::mesh
+                                 ? t_.lights().pdf_voxel(receiver_, s, direction, distance)
                                  : t_.lights().pdf_triangle(receiver_, s.index, s.triangle, direction, distance));
     }
     const bool last = at_last_event();

@@ -78,6 +78,8 @@ Arrival Transport::arrival(TraceRay ray, const LightSample& light) {
     const bool reached = !s.hit() ||
                          (target.kind == LightKind::voxel && s.kind == SurfaceKind::voxel && s.behind == target.voxel &&
                           s.face == target.face) ||
+                         (target.kind == LightKind::voxel && s.kind == SurfaceKind::shape && s.behind == target.voxel &&
+                          s.t >= left * (1 - kLuminaireTolerance)) ||
                          (target.kind == LightKind::triangle && s.kind == SurfaceKind::mesh &&
                           s.index == target.index && s.triangle == target.triangle);
     const Vec3f wo(-ray.ray.direction);

@@ -24,6 +24,20 @@ const EffectRule kBlockEffects[] = {
     {"fire", "no block can burn", [](const Block& b) { return b.ignition.has_value(); }},
 };
 
+/// Calls for it where some of the scene's things have strength; names the first.
+template <class Things, class HasStrength>
+EffectCall of_things(const char* name, const Things& things, HasStrength has_strength) {
+  EffectCall call{name, false, std::string("the scene has no ") + name};
+  size_t strong = 0;
+  for (const auto& thing : things) {
+    if (!has_strength(thing)) continue;
+    if (strong++ == 0) call.why = thing.name;
+  }
+  call.called_for = strong > 0;
+  if (strong > 1) call.why += " and others, " + std::to_string(strong);
+  return call;
+}
+
 }  // namespace
 
 std::vector<EffectCall> called_effects(const World& world) {
@@ -50,6 +64,12 @@ std::vector<EffectCall> called_effects(const World& world) {
                       : ", " + std::to_string(voxels) + " voxels";
     effects.push_back(call);
   }
+  effects.push_back(of_things("luminaires", world.luminaires, [](const Luminaire& l) {
+    return l.enabled && (l.power.max() > 0 || l.irradiance.max() > 0 || l.radiance.max() > 0);
+  }));
+  effects.push_back(of_things("media", world.media,
+                              [](const Medium& m) { return m.absorption.max() > 0 || m.scattering.max() > 0; }));
+  effects.push_back(of_things("meshes", world.meshes, [](const MeshInstance&) { return true; }));
   return effects;
 }
 

@@ -176,6 +176,57 @@ TEST(Transport, TheLightOfManyLampsIsTheSumOfEach) {
   EXPECT_LT(m.error[1] / m.mean[1], 0.05);
 }
 
+// --- shapes of blocks ------------------------------------------------------------------------------------------------
+
+TEST(Shapes, InALightFromAllSidesFencesAndReedsVanish) {
+  for (const char* proxy : {"fence", "cross", "torch", "lantern"}) {
+    World w = dark_world();
+    set_sky(w, 1);
+    Block b = matte("shaped", {0.999f, 0.999f, 0.999f});
+    b.opaque = false;
+    b.proxy = proxy;
+    fill(w, {{0, 0, 0}, {3, 1, 2}}, add_block(w, b));
+    const Image image = trace(w, looking({5, 4.3, 6}, {2, 1, 1.5}, 40), sampled(32), 24, 24).image;
+    expect_mean(image, {1, 1, 1}, proxy, 0.01);  // the albedo, some times over
+  }
+}
+
+TEST(Shapes, RaysPassBetweenTheBarsOfAFence) {
+  World w = dark_world();
+  fill(w, {{-20, -20, -11}, {20, 20, -11}}, add_block(w, matte("glowing", {0.1f, 0.1f, 0.1f}, {1, 1, 1})));
+  Block b = matte("fence", {0.001f, 0.001f, 0.001f});
+  b.opaque = false;
+  b.proxy = "fence";
+  fill(w, {{-3, 0, -3}, {3, 0, -3}}, add_block(w, b));
+  RenderKnobs knobs = sampled(4);
+  knobs.max_depth = 1;
+  const Image image = trace(w, looking({0.5, 0.5, 2}, {0.5, 0.5, -3}, 20), knobs, 32, 32).image;
+  int bars = 0, gaps = 0;
+  for (const Rgb& p : image.pixels) bars += p.g<0.1f, gaps += p.g> 0.9f;
+  EXPECT_GT(bars, 100);
+  EXPECT_GT(gaps, 100);
+}
+
+TEST(Shapes, ATorchSendsItsPowerFromItsSurface) {
+  World w = dark_world();
+  Block torch = matte("torch_like", {0.001f, 0.001f, 0.001f});
+  torch.opaque = false;
+  torch.proxy = "torch";
+  torch.emission = {100, 200, 300};
+  fill(w, {{0, 0, 0}, {0, 0, 0}}, add_block(w, torch));
+  fill(w, {{20, -30, -30}, {20, 30, 30}}, add_block(w, matte("screen", {0.5f, 0.5f, 0.5f})));
+  RenderKnobs knobs = sampled(512);
+  knobs.max_depth = 1;
+  const Frame f = trace(w, looking({15, 0.4, 3}, {20, 0.4, 0.5}, 0.05), knobs, 8, 8);
+  // A stick of 0.125 x 0.5 x 0.125 m under a head of 0.1875 m: what they show, and what of it faces the screen.
+  const double side = 0.125 * 0.5 + 0.1875 * 0.1875, all = 4 * side + 2 * 0.125 * 0.125 + 2 * 0.1875 * 0.1875;
+  const double l = 100 / (kTestPi * all), d = 20 - 0.5, e = l * side / (d * d) * 0.5 / kTestPi;
+  const PictureMean m = mean_of(f.image);
+  for (int b = 0; b < 3; ++b) EXPECT_NEAR(m.mean[b] / (e * (b + 1)), 1, 0.02 + 4 * m.error[b] / m.mean[b]) << b;
+  EXPECT_LT(m.error[0] / m.mean[0], 0.02);
+  EXPECT_GT(work(f.report, "block_light"), 0u);
+}
+
 // --- media ----------------------------------------------------------------------------------------------------------
 
 TEST(Media, WhatOnlyAbsorbsLeavesTheExponentialOfItsDepth) {

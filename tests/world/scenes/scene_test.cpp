@@ -118,8 +118,15 @@ TEST(HardCaseX2, AWorldCallsOnlyForTheEffectsThatItsBlocksNeed) {
   EditBatch stone;
   stone.set({0, 0, 0}, *world.palette->find("stone"));
   ASSERT_TRUE(world.store.apply(stone).ok());
-  for (const char* name : {"block_light", "transmission", "proxies", "liquid", "granular", "gas", "fire"})
+  for (const char* name :
+       {"block_light", "transmission", "proxies", "liquid", "granular", "gas", "fire", "luminaires", "media", "meshes"})
     EXPECT_FALSE(called(name)) << name;
+  world.luminaires.resize(1);
+  world.media.resize(1);
+  EXPECT_FALSE(called("luminaires") || called("media"));  // without strength
+  world.luminaires[0].power = {0, 1, 0};
+  world.media[0].scattering = {0, 1, 0};
+  EXPECT_TRUE(called("luminaires") && called("media"));
   EditBatch more;
   more.set({1, 0, 0}, *world.palette->find("lamp_warm"));
   more.set({2, 0, 0}, *world.palette->find("water"));
