@@ -232,6 +232,11 @@ const world::LeafBlocks& Tracer::leaf(VoxelPos voxel) {
 
 BlockId Tracer::block(VoxelPos voxel) { return leaf(voxel)[index_in_leaf(voxel)]; }
 
+bool Tracer::in_solid(VoxelPos voxel) {
+  const BlockId id = block(voxel);
+  return id != kAir && !scene_->shape(id) && !scene_->materials()[id].transmits;
+}
+
 /// From `place`, in a voxel of the block `from`, to the first voxel of another.
 bool Tracer::next_change(const GridAxes& axes, WalkPlace& place, double& t_limit, BlockId from, BlockId& to) {
   if (from == kAir) {

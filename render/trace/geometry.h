@@ -214,6 +214,8 @@ class Tracer {
   /// 1/m along a ray that starts so, up to its first surface.
   Vec3f absorption(const TraceRay& ray);
   world::BlockId block(world::VoxelPos voxel);
+  /// Whether the voxel is filled by a block that lets no light through.
+  bool in_solid(world::VoxelPos voxel);
   /// The mesh instances around a point: those that a ray from it leaves more often than it enters.
   MeshesAround around(const world::WorldPoint& point);
 

@@ -107,6 +107,18 @@ SeenFaces seen_faces(VoxelPos voxel, uint8_t faces, const WorldPoint& from) {
 }
 bool by_solid_angle(const SeenFaces& seen) { return seen.solid_angle >= kSmallSolidAngle; }
 
+/// An angle in [0, pi] by its sine and cosine.
+struct Angle {
+  float sine, cosine;
+  static Angle of_cosine(float c) { return {std::sqrt(std::max(0.0f, 1 - c * c)), c}; }
+  static Angle of_sine(float s) { return {s, std::sqrt(std::max(0.0f, 1 - s * s))}; }
+  /// The difference, or 0 where it is negative.
+  Angle less(Angle o) const {
+    if (cosine > o.cosine) return {0, 1};
+    return {std::max(0.0f, sine * o.cosine - cosine * o.sine), cosine * o.cosine + sine * o.sine};
+  }
+};
+
 float angle_between(const Vec3f& a, const Vec3f& b) { return std::acos(std::clamp(dot(a, b), -1.0f, 1.0f)); }
 
 /// Sky of the environment as a density over directions: by the mean of bands, linear in the height above the horizon.
@@ -317,6 +329,7 @@ uint32_t LightSet::build_node(std::vector<uint32_t>& order, size_t begin, size_t
     const Emitter& e = emitters_[order[begin]];
     node.low = e.centre - e.radius, node.high = e.centre + e.radius;
     node.axis = e.axis, node.spread = e.spread, node.intensity = e.intensity;
+    node.cos_spread = std::cos(node.spread), node.sin_spread = std::sin(node.spread);
     node.emitter = order[begin];
     leaf_of_[order[begin]] = self;
     nodes_[self] = node;
@@ -348,6 +361,7 @@ uint32_t LightSet::build_node(std::vector<uint32_t>& order, size_t begin, size_t
     node.axis = glm::length(sum) > 1e-3f ? glm::normalize(sum) : a.axis;
     node.spread =
         std::max(angle_between(node.axis, a.axis) + a.spread, angle_between(node.axis, b.axis) + b.spread) + 1e-3f;
+    node.cos_spread = std::cos(node.spread), node.sin_spread = std::sin(node.spread);
   }
   nodes_[self] = node;
   return self;
@@ -360,16 +374,18 @@ double LightSet::importance(const Node& node, const Vec3f& from_anchor, const Re
   double value = node.intensity / squared;
   if (distance <= radius * 1.0001f + 1e-6f) return value;
   const Vec3f direction = to_centre / distance;
-  const float half_width = std::asin(std::min(radius / distance, 1.0f)) + 1e-3f;
+  const Angle half_width = Angle::of_sine(std::min(radius / distance, 1.0f));
+  constexpr float kBelow = -2e-3f;  // rounding of the angles' cosines leaves none that matters below it
   if (receiver.one_sided) {
-    const float least = std::max(angle_between(receiver.normal, direction) - half_width, 0.0f);
-    if (least >= 1.5707964f) return 0;
-    value *= std::max(std::cos(least), 1e-3f);
+    const float cosine = Angle::of_cosine(dot(receiver.normal, direction)).less(half_width).cosine;
+    if (cosine < kBelow) return 0;
+    value *= std::max(cosine, 1e-3f);
   }
   if (node.spread < 3.2f) {
-    const float least = std::max(angle_between(node.axis, -direction) - node.spread - half_width, 0.0f);
-    if (least >= 1.5707964f) return 0;
-    value *= std::max(std::cos(least), 1e-3f);
+    const Angle spread{std::max(node.sin_spread, 0.0f), node.spread < 3.14159f ? node.cos_spread : -1.0f};
+    const float cosine = Angle::of_cosine(-dot(node.axis, direction)).less(spread).less(half_width).cosine;
+    if (cosine < kBelow) return 0;
+    value *= std::max(cosine, 1e-3f);
   }
   return value;
 }

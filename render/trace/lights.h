@@ -124,6 +124,7 @@ class LightSet {
     Vec3f low{0}, high{0};
     Vec3f axis{0};
     float spread = 0, intensity = 0;
+    float cos_spread = 1, sin_spread = 0;
     uint32_t parent = 0;
     uint32_t child = 0;    // the second; the first follows its parent. Leaf: 0
     uint32_t emitter = 0;  // of a leaf

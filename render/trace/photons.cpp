@@ -34,6 +34,11 @@ void follow(Transport& t, const LightPhoton& sent, RandomStream& random, std::ve
   TraceRay ray;
   ray.ray = world::GridRay(sent.origin, Vec3d(sent.direction));
   if (!ray.ray.valid()) return;
+  // A light within solid matter is dark (hard case S5); one that lies on its surface begins before it.
+  if (t.tracer.in_solid(ray.ray.voxel)) {
+    ray.ray = world::GridRay(sent.origin + kLuminaireTolerance * Vec3d(sent.direction), Vec3d(sent.direction));
+    if (t.tracer.in_solid(ray.ray.voxel)) return;
+  }
   ray.around = t.tracer.around(sent.origin);
   LightTarget source = sent.source;
   if (source.kind == LightKind::triangle) ray.from = {source.index, source.triangle};

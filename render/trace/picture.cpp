@@ -33,8 +33,10 @@ Integrator integrator_of(LightTransport transport) {
       return ambient_occlusion_radiance;
     case LightTransport::whitted:
       return whitted_radiance;
-    default:
+    case LightTransport::path:
       return path_radiance;
+    case LightTransport::photons:
+      return photons_radiance;
   }
   return path_radiance;
 }

@@ -128,8 +128,10 @@ TEST(Transport, PhotonsConvergeToThePathTracersPicture) {
   RenderKnobs photons = knobs_of(LightTransport::photons, 24);
   photons.photons = 20000;
   photons.photon_radius = 0.4f;
-  const Image a = trace(w, camera, photons, 24, 24).image,
-              b = trace(w, camera, knobs_of(LightTransport::path, 256), 24, 24).image;
+  const Frame by_photons = trace(w, camera, photons, 24, 24);
+  const Image& a = by_photons.image;
+  const Image b = trace(w, camera, knobs_of(LightTransport::path, 256), 24, 24).image;
+  EXPECT_GT(work(by_photons.report, "photon_rays"), 0u);
   const PictureMean x = mean_of(a), y = mean_of(b);
   // Bias: faces lose what the disk of the estimate has beyond their edges; of 5 m and a radius of 0.2 m a few percent.
   for (int band = 0; band < 3; ++band) EXPECT_NEAR(x.mean[band] / y.mean[band], 1, 0.05) << band;
