@@ -1,5 +1,5 @@
-/// A pinhole or thin lens camera whose rays are relative to its own voxel, so that pictures don't depend on the distance from the
-/// origin: positions enter the arithmetic only as (voxel - camera voxel), an exact integer.
+/// A pinhole or thin lens camera whose rays are relative to its own voxel, so that pictures don't depend on the
+/// distance from the origin: positions enter the arithmetic only as (voxel - camera voxel), an exact integer.
 #pragma once
 
 #include <cmath>

@@ -23,9 +23,9 @@ const std::vector<Module>& modules() {
     std::vector<Module> t;
     // Inside world, each module sees those before it: base <- numbers <- ... <- store <- world.h.
     std::vector<std::string_view> below;
-    for (std::string_view prefix :
-         {"world/base/", "world/numbers/", "world/units/", "world/space/", "world/blocks/", "world/luminaires/",
-          "world/media/", "world/meshes/", "world/proxies/", "world/scenes/environment.", "world/store/", "world/world."}) {
+    for (std::string_view prefix : {"world/base/", "world/numbers/", "world/units/", "world/space/", "world/blocks/",
+                                    "world/luminaires/", "world/media/", "world/meshes/", "world/proxies/",
+                                    "world/scenes/environment.", "world/store/", "world/world."}) {
       t.push_back({prefix, below});
       below.push_back(prefix);
     }

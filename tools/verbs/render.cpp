@@ -21,7 +21,7 @@ namespace {
 
 constexpr int kLapFrames = 600;
 constexpr int kMostPixelsASide = 16384;
-constexpr int kReferenceSamples = 64;   // where nothing says how many
+constexpr int kReferenceSamples = 64;  // where nothing says how many
 constexpr int kMostSamples = 1 << 24;  // where an error is asked for instead
 
 struct RenderOptions {
@@ -120,7 +120,8 @@ world::Result<int> run_render(const RenderOptions& options) {
   TRY(const world::Scene scene, world::load_scene(options.scene));
   TRY(render::RenderKnobs knobs,
       resolve_knobs(options.accuracy, scene, options.environment_settings, options.settings));
-  if (options.backend == "reference" && !sets_knob(options, scene, "spp")) knobs.spp = options.error > 0 ? kMostSamples : kReferenceSamples;
+  if (options.backend == "reference" && !sets_knob(options, scene, "spp"))
+    knobs.spp = options.error > 0 ? kMostSamples : kReferenceSamples;
   if (options.backend == "raster" && knobs.spp != 1)
     return world::usage_error("--spp other than 1 needs a backend that takes samples: raycast or reference");
   world::ImportReport imported;
