@@ -150,8 +150,8 @@ class Picture {
     double t_limit = ray.t_max;
     const GridAxes axes(ray);
     WalkPlace place{camera_.voxel, 0, -1};
-    if (!in_bounds_ && !occupied_.clip(axes, place, t_limit)) return {WalkEnd::t_max};
-    if (!leave_block(axes, place, t_limit, blocks)) return {WalkEnd::t_max};
+    if (!in_bounds_ && !occupied_.clip(axes, place, t_limit)) return {WalkEnd::t_max, {}, world::kNoFace, t_limit};
+    if (!leave_block(axes, place, t_limit, blocks)) return {WalkEnd::t_max, {}, world::kNoFace, t_limit};
     return {WalkEnd::hit, place.voxel, world::entered_face(place.axis, axes.upwards[place.axis] != 0), place.t};
   }
 

@@ -96,11 +96,12 @@ Block make_block(const vox::File& file, int colour) {
     block.bsdf = "blinn_phong";
     block.shininess = static_cast<float>(1 - std::clamp(number(material, "_rough", 0.1), 0.0, 1.0));
     const float metal = static_cast<float>(std::clamp(number(material, "_metal", 1), 0.0, 1.0));
-    const Ratio3 colour = block.albedo;
-    const auto matte = [&](float band) { return std::max(band * (1 - metal), kMinAlbedo); };
-    block.albedo = {matte(colour.r), matte(colour.g), matte(colour.b)};
-    const auto rest = [](float band, float albedo) { return std::max(band - albedo, 0.0f); };
-    block.glossy = {rest(colour.r, block.albedo.r), rest(colour.g, block.albedo.g), rest(colour.b, block.albedo.b)};
+    const Ratio3 reflectance = block.albedo;
+    const auto matte = [&](float value) { return std::max(value * (1 - metal), kMinAlbedo); };
+    block.albedo = {matte(reflectance.r), matte(reflectance.g), matte(reflectance.b)};
+    const auto rest = [](float value, float albedo) { return std::max(value - albedo, 0.0f); };
+    block.glossy = {rest(reflectance.r, block.albedo.r), rest(reflectance.g, block.albedo.g),
+                    rest(reflectance.b, block.albedo.b)};
   }
   if (type == "_glass" || type == "_blend") {
     block.opaque = false;
