@@ -54,7 +54,7 @@ struct Sampling {
   uint64_t seed = 1;
   double error = 0;            // stops at this relative error, checked every 16 samples; 0: at the knob spp alone
   std::filesystem::path film;  // samples so far: read where it exists, written at the end and on the way; none if empty
-  std::map<std::string, std::string> picture;  // names what the film's samples depend on beside size, knobs and seed
+  std::map<std::string, std::string> picture;  // kept in the film and compared, beside all that its samples depend on
   std::function<void(uint32_t samples, double relative_error)> progress;
   const std::atomic<bool>* stop = nullptr;  // set: ends after the samples at hand, and writes the film
 };

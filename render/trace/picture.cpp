@@ -70,6 +70,69 @@ std::vector<EffectWork> work_of(const TraceCounts& c) {
           {"transmission", c.transmissions}};
 }
 
+/// Gathers what a film's samples depend on into one number.
+class Fingerprint {
+ public:
+  template <class... Values>
+  void add(const Values&... values) {
+    (add_one(values), ...);
+  }
+  std::string text() const { return fmt::format("{:016x}", hash_); }
+
+ private:
+  void add_one(const std::string& text) { add_bytes(text.data(), text.size()); }
+  template <class T>
+  requires std::is_arithmetic_v<T>
+  void add_one(const T& value) { add_bytes(&value, sizeof value); }
+  void add_one(const Vec3f& v) { add(v.x, v.y, v.z); }
+  void add_one(const Vec3d& v) { add(v.x, v.y, v.z); }
+  void add_one(const glm::vec2& v) { add(v.x, v.y); }
+  template <class U>
+  void add_one(const world::Bands3<U>& v) {
+    add(v.r, v.g, v.b);
+  }
+  void add_one(const world::WorldPoint& p) { add(p.voxel.x, p.voxel.y, p.voxel.z, p.fraction); }
+  void add_bytes(const void* data, size_t size) {
+    const auto* bytes = static_cast<const unsigned char*>(data);
+    for (size_t i = 0; i < size; ++i) hash_ = world::hash_combine(hash_, bytes[i]);
+    hash_ = world::hash_combine(hash_, size);
+  }
+  uint64_t hash_ = 0;
+};
+
+std::string fingerprint(const world::World& w, const Camera& c) {
+  Fingerprint f;
+  f.add(c.position, c.forward, c.vertical_fov, c.lens_radius, c.focus_distance);
+  f.add(w.store.content_hash());
+  for (size_t id = 0; id < w.palette->size(); ++id)
+    f.add(world::toml_from_block((*w.palette)[static_cast<world::BlockId>(id)]));
+  const world::Environment& e = w.environment;
+  f.add(e.sun_direction, e.sun_irradiance, e.sky_zenith, e.sky_horizon, e.sky_ground);
+  for (const world::Luminaire& l : w.luminaires) {
+    f.add(l.kind, l.position, l.axis, l.up, l.power, l.irradiance, l.radiance, l.extent, l.radius, l.half_angle,
+          l.inner_half_angle, l.attenuation, l.at_infinity, l.whole_sphere, l.uniform_area, l.lambertian, l.glossy,
+          l.global_illumination, l.shadows, l.enabled, l.visible);
+    if (l.light_image)
+      for (const world::Radiance3& p : l.light_image->pixels) f.add(p);
+    for (const Vec3f& corner : l.triangles) f.add(corner);
+  }
+  for (const world::Medium& m : w.media) {
+    f.add(m.name, m.kind, m.absorption, m.scattering, m.anisotropy, m.emission, m.position, m.half_extent, m.normal,
+          m.scale_height, m.voxel_size, static_cast<int>(m.sampling));
+    // A density grid is known by its size and by what it holds along a diagonal.
+    Vec3d low(0), high(0);
+    if (m.field) m.field->bounds(low, high), f.add(low, high, m.field->max());
+    for (int i = 0; m.field && i < 256; ++i) f.add(m.field->density(low + (high - low) * ((i + 0.5) / 256)));
+  }
+  for (const world::MeshInstance& m : w.meshes) {
+    f.add(m.position, m.transform[0], m.transform[1], m.transform[2], m.block_id, m.null_surface, m.interior_medium,
+          m.radiance, m.smooth, m.checker_id, m.checkers);
+    for (const Vec3f& p : m.mesh->positions) f.add(p);
+    f.add(m.mesh->triangles.size());
+  }
+  return f.text();
+}
+
 class Picture {
  public:
   Picture(const TransportScene& shared, const Camera& camera, uint64_t seed, Film& film)
@@ -159,8 +222,9 @@ world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& c
   const double prepare_ms = ms_since(start);
 
   Film film(width, height);
-  std::map<std::string, std::string> key = sampling.picture;
+  std::map<std::string, std::string> key = sampling.picture;  // what the film's samples depend on
   key["seed"] = std::to_string(sampling.seed);
+  if (!sampling.film.empty()) key["content"] = fingerprint(view.world(), camera);
   for (const auto& row : render_knobs().rows())
     if (row.name != "spp" && row.name != "exposure") key["knob " + row.name] = row.get(knobs);
   std::error_code ignored;

@@ -1,5 +1,5 @@
-// Hard cases B14, S5, S6, S7 and L17: light from lamps near, inside and between voxels. B15 is in
-// tests/render/trace/film_test.cpp, X1 and X2 in tests/render/trace/transport_test.cpp.
+// Hard cases B14, B15, S5, S6, S7 and L17: light from lamps near, inside and between voxels, and samples that are no
+// numbers. X1 and X2 of light are in tests/render/trace/transport_test.cpp.
 #include <cmath>
 
 #include "tests/render/trace/trace_worlds.h"
@@ -42,6 +42,18 @@ TEST(HardCaseB14, NoSampleBesideALampExceedsPiTimesItsRadiance) {
   EXPECT_LE(most, 2 + 1e-3);
   EXPECT_GT(mean, 0.3);
   EXPECT_LT(mean, 0.55);  // half of the hemisphere is the lamp where it touches: at most 1/2
+}
+
+TEST(HardCaseB15, ASampleThatIsNotFiniteIsCountedAndLeftOut) {
+  Film film(2, 1);
+  const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 1000000; ++i)
+    film.at(0, 0).add(i == 499999 ? Vec3d(1, nan, 1) : i == 500000 ? Vec3d(-inf, 1, 1) : Vec3d(1, 2, 3));
+  film.at(1, 0).add(Vec3d(inf));
+  EXPECT_EQ(film.rejected(), 3u);
+  const Image image = film.mean();
+  EXPECT_EQ(image.at(0, 0), (Rgb{1, 2, 3}));
+  EXPECT_EQ(image.at(1, 0), (Rgb{0, 0, 0}));
 }
 
 TEST(HardCaseS5, APointLightInASolidVoxelIsDarkAndAnEmittingVoxelShinesByItsFaces) {

@@ -202,6 +202,31 @@ TEST(Reference, APictureThatGoesOnIsTheOneThatNeverStopped) {
     }
 }
 
+TEST(Reference, AFilmOfAnotherSceneIsRefused) {
+  const TemporaryFolder folder;
+  Sampling sampling;
+  sampling.film = folder / "film";
+  World w = everything();
+  trace(w, kOverview, sampled(1), 8, 6, sampling);
+  const auto refused = [&](auto change) {
+    World other = everything();
+    Camera camera = kOverview;
+    RenderKnobs knobs = sampled(2);
+    change(other, camera, knobs);
+    const WorldView view(other);
+    const auto frame = trace_picture(view, camera, knobs, sampling, 8, 6);
+    return !frame.ok() && frame.error().message.find("another picture") != std::string::npos;
+  };
+  EXPECT_TRUE(refused([](World& o, Camera&, RenderKnobs&) { o.luminaires[0].power.g = 51; }));
+  EXPECT_TRUE(refused([](World& o, Camera&, RenderKnobs&) { o.environment.sky_zenith.b = 0.25f; }));
+  EXPECT_TRUE(refused([](World& o, Camera&, RenderKnobs&) { fill(o, {{5, 0, 5}, {5, 0, 5}}, 1); }));
+  EXPECT_TRUE(refused([](World& o, Camera&, RenderKnobs&) { o.media.emplace_back(); }));
+  EXPECT_TRUE(refused([](World&, Camera& c, RenderKnobs&) { c.lens_radius = 0.1; }));
+  EXPECT_TRUE(refused([](World&, Camera& c, RenderKnobs&) { c.forward = glm::normalize(c.forward + Vec3d(0.01)); }));
+  EXPECT_TRUE(refused([](World&, Camera&, RenderKnobs& k) { k.max_depth = 3; }));
+  EXPECT_FALSE(refused([](World&, Camera&, RenderKnobs&) {}));
+}
+
 TEST(Reference, AStoppedPictureKeepsItsSamples) {
   const World w = everything();
   const TemporaryFolder folder;

@@ -105,18 +105,5 @@ TEST(Film, AFileOfAnotherPictureOrADamagedOneIsRefused) {
   }
 }
 
-// Hard case B15.
-TEST(HardCaseB15, ASampleThatIsNotFiniteIsCountedAndLeftOut) {
-  Film film(2, 1);
-  const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < 1000000; ++i)
-    film.at(0, 0).add(i == 499999 ? Vec3d(1, nan, 1) : i == 500000 ? Vec3d(-inf, 1, 1) : Vec3d(1, 2, 3));
-  film.at(1, 0).add(Vec3d(inf));
-  EXPECT_EQ(film.rejected(), 3u);
-  const Image image = film.mean();
-  EXPECT_EQ(image.at(0, 0), (Rgb{1, 2, 3}));
-  EXPECT_EQ(image.at(1, 0), (Rgb{0, 0, 0}));
-}
-
 }  // namespace
 }  // namespace render
