@@ -51,7 +51,9 @@ TEST(Surfaces, EachChangeOfBlockShowsOneFaceOfOneBlock) {
     EXPECT_NEAR(s.t, t_hit, 1e-12) << x;
     EXPECT_EQ(s.block, block) << x;
     EXPECT_EQ(s.inside, inside) << x;
-    if (eta > 0) EXPECT_NEAR(s.parameters.eta, eta, 1e-5) << x;
+    if (eta > 0) {
+      EXPECT_NEAR(s.parameters.eta, eta, 1e-5) << x;
+    }
     EXPECT_EQ(s.normal, Vec3f(-direction, 0, 0)) << x;
   };
   const float air = 1.00029f;
@@ -98,8 +100,12 @@ TEST(Surfaces, TheNextRayStartsOnTheFaceInTheVoxelThatItEnters) {
         EXPECT_TRUE(next.ray.fraction[axis] == 0 || next.ray.fraction[axis] == 1);
         // It doesn't meet the face that it starts on.
         const Surface after = t.tracer.intersect(next, t.crossings);
-        if (side > 0) EXPECT_FALSE(after.hit());
-        if (side < 0) EXPECT_TRUE(after.hit() && after.inside && after.t > 0);
+        if (side > 0) {
+          EXPECT_FALSE(after.hit());
+        }
+        if (side < 0) {
+          EXPECT_TRUE(after.hit() && after.inside && after.t > 0);
+        }
       }
     }
   }
