@@ -5,9 +5,10 @@
 /// walked anew in double by MaskWalker. So hits are those of first_hit_flat, bit for bit, on every processor: voxel,
 /// face and t, whatever the width of the lanes and whether products are fused.
 ///
-/// error  none against MaskWalker. The bound: with unit u = 2^-24, |d| <= 1 and k roundings of each value,
-///        |position error| <= t 2^-21 + u / |d_exit| + 2 u, d_exit the direction along the axis of the plane crossed
-/// cost   15 to 40 ns a ray on one core with AVX2; nothing is allocated
+/// error  none against MaskWalker. Directions are scaled to a largest component of 1; then, with d_exit the direction
+///        along the axis of the plane crossed, |position error| <= t 2^-20 + 2^-23 / d_exit + 2^-21
+/// cost   on one core with AVX2: 43 ns a primary ray in packets, 55 a sun shadow ray, 130 a diffuse ray in lanes
+///        (measured 2026-11-25); nothing is allocated
 /// source for the kind of walk: Samuli Laine, Tero Karras. Efficient Sparse Voxel Octrees. 2010 (empty cubes),
 ///        Amanatides, Woo 1987 (planes); for filtered exactness: Jonathan Shewchuk. Adaptive Precision Floating-Point
 ///        Arithmetic and Fast Robust Geometric Predicates. 1997
