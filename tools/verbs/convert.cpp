@@ -70,13 +70,38 @@ void add_import_options(CLI::App* verb, world::ImportOptions& import, std::vecto
   verb->add_flag("--visible-only", import.visible_only, "leave hidden parts out");
   verb->add_option("--frame", import.frame, "frame of an animated file");
   verb->add_option("--metres-per-voxel", import.metres_per_voxel,
-                   "elevation: size of a voxel (default: spacing of the posts)")
+                   "elevation, surfaces, points: size of a voxel (default: the spacing of the posts; a round number)")
       ->check(CLI::PositiveNumber);
   verb->add_option("--window", window, "elevation: COLUMN ROW WIDTH HEIGHT in posts, from the north-west")->expected(4);
   verb->add_option("--vertical-scale", import.vertical_scale, "elevation: heights times this")
       ->check(CLI::PositiveNumber);
   verb->add_option("--depth", import.depth_voxels, "elevation: ground below the lowest height, in voxels")
       ->check(CLI::Range(1, 4096));
+  verb->add_option("--post-spacing", import.post_spacing_m, "elevation pictures: metres between posts")
+      ->check(CLI::PositiveNumber);
+  verb->add_option_function<std::vector<double>>(
+          "--height-range",
+          [&import](const std::vector<double>& range) {
+            import.height_range_m = {range[0], range[1]};
+          },
+          "elevation pictures: LOW HIGH, the metres of black and white")
+      ->expected(2);
+  verb->add_option("--supersampling", import.supersampling, "surfaces, points: points along each axis of a voxel")
+      ->check(CLI::Range(1, 16));
+  verb->add_option("--coverage", import.coverage,
+                   "surfaces, points: a voxel is filled where this part of it is; 0: wherever it is touched")
+      ->check(CLI::Range(0.0, 1.0));
+  verb->add_flag("--shell", import.shell, "surfaces: one voxel thick, in place of filled");
+  verb->add_option("--point-radius", import.point_radius_m, "points: balls of this radius (m)")
+      ->check(CLI::PositiveNumber);
+  verb->add_option_function<std::string>(
+          "--up",
+          [&import](const std::string& axis) {
+            import.up = axis == "y" ? world::ImportOptions::Up::y : world::ImportOptions::Up::z;
+          },
+          "surfaces, points: y or z, the axis that points upwards in the file")
+      ->check(CLI::IsMember({"y", "z"}));
+  verb->add_option("--grid", import.grid, ".vdb, .nvdb: the grid to read, where a file holds several");
 }
 
 void add_convert_verb(Command& command) {

@@ -21,13 +21,23 @@ struct ImportOptions {
   bool strict = false;          // what has no match is an error
   bool visible_only = false;    // leave hidden parts out
   int frame = -1;               // of animated files; -1: as the file opens (world/formats/vox/vox_file.h)
-  double metres_per_voxel = 0;  // elevation: 0 = the spacing of the posts in the file
+  double metres_per_voxel = 0;  // elevation: 0 = the spacing of the posts; surfaces and points: 0 = a round number
   /// Elevation window in posts: columns from west, rows from north; width or height 0 = all.
   struct Window {
     int column = 0, row = 0, width = 0, height = 0;
   } window = {};
   double vertical_scale = 1;  // elevation exaggeration
   int depth_voxels = 8;       // elevation: thickness of the ground below the lowest height
+  // Elevation pictures that don't say it themselves: metres between posts, and those of the least and greatest grey.
+  double post_spacing_m = 0;  // 0 = what the file says
+  std::optional<std::pair<double, double>> height_range_m = {};
+  // Surfaces and points; what the numbers mean is in world/sources/sampler.h.
+  int supersampling = 1;
+  double coverage = 0.5;
+  bool shell = false;
+  double point_radius_m = 0;                           // 0: the voxel that each point lies in
+  enum class Up { as_usual, y, z } up = Up::as_usual;  // usual: y of surfaces, z of points
+  std::string grid = {};  // of files that hold several: its name; empty: as the format says
 };
 
 /// What the user is told about an import.

@@ -95,6 +95,10 @@ bool MeshBuilder::clip_ears(std::span<const MeshCorner> corners) {
 
 bool MeshBuilder::add_face(std::span<const MeshCorner> corners) {
   if (corners.size() < 3) return false;
+  ++facts.faces;
+  ++facts.face_sizes[static_cast<uint32_t>(corners.size())];
+  face_sizes.push_back(static_cast<uint32_t>(corners.size()));
+  for (const MeshCorner& c : corners) face_corners.push_back(c.position);
   for (const MeshCorner& c : corners) {
     all_have_textures_ = all_have_textures_ && c.texture != MeshCorner::kNone;
     all_have_normals_ = all_have_normals_ && c.normal != MeshCorner::kNone;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "world/meshes/mesh.h"
+#include "world/meshes/polygons.h"
 
 namespace world {
 
@@ -30,6 +31,11 @@ class MeshBuilder {
 
   /// False where the face has fewer than three corners, or more than kMostCorners and is not convex.
   [[nodiscard]] bool add_face(std::span<const MeshCorner> corners);
+  /// What the file holds, as it holds it; the readers count.
+  MeshFileFacts facts;
+  /// The faces before they become triangles.
+  std::vector<uint32_t> face_sizes, face_corners;
+
   /// Drops triangles without area, and vertices that no triangle has. Fails where no triangle is left.
   Result<TriangleMesh> finish(std::string_view file, MeshReport& report) &&;
 
@@ -41,7 +47,9 @@ class MeshBuilder {
   bool all_have_textures_ = true, all_have_normals_ = true;
 };
 
-Result<TriangleMesh> read_obj(std::span<const uint8_t> bytes, std::string_view file, MeshReport& report);
-Result<TriangleMesh> read_ply(std::span<const uint8_t> bytes, std::string_view file, MeshReport& report);
+Result<TriangleMesh> read_obj(std::span<const uint8_t> bytes, std::string_view file, MeshReport& report,
+                              MeshFileFacts* facts = nullptr);
+Result<TriangleMesh> read_ply(std::span<const uint8_t> bytes, std::string_view file, MeshReport& report,
+                              MeshFileFacts* facts = nullptr);
 
 }  // namespace world

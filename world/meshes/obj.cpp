@@ -77,7 +77,37 @@ class ObjReader {
   ObjReader(std::span<const uint8_t> bytes, std::string_view file)
       : lines_({reinterpret_cast<const char*>(bytes.data()), bytes.size()}), file_(file) {}
 
-  Result<TriangleMesh> read(MeshReport& report) {
+  Result<TriangleMesh> read(MeshReport& report, MeshFileFacts* facts) {
+    TRY_STATUS(read_lines());
+    if (facts) *facts = builder_.facts;
+    return std::move(builder_).finish(file_, report);
+  }
+
+  Result<PolygonMesh> read_polygons() {
+    TRY_STATUS(read_lines());
+    if (builder_.face_sizes.empty()) return input_error(fmt::format("{}: the mesh is empty: it has no face", file_));
+    PolygonMesh mesh;
+    mesh.positions = std::move(builder_.positions);
+    mesh.face_sizes = std::move(builder_.face_sizes);
+    mesh.face_corners = std::move(builder_.face_corners);
+    for (const Crease& crease : creases_) {
+      for (const int64_t v : {crease.a, crease.b})
+        if (v < 0 || v >= static_cast<int64_t>(mesh.positions.size()))
+          return input_error(fmt::format("{}:{}: a crease names vertex {}, but must name one in [0, {})", file_,
+                                         crease.line, v, mesh.positions.size()));
+      mesh.creases.push_back({static_cast<uint32_t>(crease.a), static_cast<uint32_t>(crease.b), crease.sharpness});
+    }
+    return mesh;
+  }
+
+ private:
+  struct Crease {
+    int64_t a, b;
+    float sharpness;
+    uint64_t line;
+  };
+
+  Status read_lines() {
     std::string_view line;
     while (lines_.next(line)) {
       const std::string_view keyword = take_word(line);
@@ -92,12 +122,30 @@ class ObjReader {
         builder_.textures.emplace_back(t.x, t.y);
       } else if (keyword == "f") {
         TRY_STATUS(face(line));
+      } else if (keyword == "g" || keyword == "o") {
+        ++builder_.facts.groups;
+      } else if (keyword == "t") {
+        TRY_STATUS(tag(line));
       }
     }
-    return std::move(builder_).finish(file_, report);
+    builder_.facts.vertices = builder_.positions.size();
+    builder_.facts.textures = builder_.textures.size();
+    builder_.facts.normals = builder_.normals.size();
+    return {};
   }
 
- private:
+  /// "t crease 2/1/0 a b sharpness": an edge from vertex a to vertex b, from 0, in the manner of OpenSubdiv's own
+  /// files.
+  Status tag(std::string_view line) {
+    if (take_word(line) != "crease") return {};
+    Crease crease{0, 0, 0, lines_.number()};
+    if (take_word(line) != "2/1/0" || !parse(take_word(line), crease.a) || !parse(take_word(line), crease.b) ||
+        !parse(take_word(line), crease.sharpness) || !(crease.sharpness >= 0))
+      return error("a crease needs \"t crease 2/1/0\", two vertices, counted from 0, and a sharpness of at least 0");
+    creases_.push_back(crease);
+    return {};
+  }
+
   Error error(const std::string& what) const {
     return input_error(fmt::format("{}:{}: {}", file_, lines_.number(), what));
   }
@@ -118,7 +166,7 @@ class ObjReader {
   }
 
   /// 1 is the first; -1 the last so far.
-  Status index(std::string_view word, size_t size, const char* what, uint32_t& out) const {
+  Status index(std::string_view word, size_t size, const char* what, uint32_t& out) {
     int64_t value = 0;
     if (!parse(word, value)) return error(fmt::format("'f' has \"{}\", but needs the number of a {}", word, what));
     const int64_t n = static_cast<int64_t>(size), from_zero = value > 0 ? value - 1 : n + value;
@@ -126,6 +174,7 @@ class ObjReader {
       return error(fmt::format("'f' names {} {}, but there are {} before it: it must be in 1..{} or -{}..-1", what,
                                value, n, n, n));
     out = static_cast<uint32_t>(from_zero);
+    builder_.facts.negative_indices += value < 0;
     return {};
   }
 
@@ -135,6 +184,7 @@ class ObjReader {
       MeshCorner corner;
       const size_t first = std::min(word.find('/'), word.size());
       TRY_STATUS(index(word.substr(0, first), builder_.positions.size(), "vertex", corner.position));
+      builder_.facts.max_index = std::max(builder_.facts.max_index, uint64_t{corner.position} + 1);
       std::string_view rest = word.substr(std::min(first + 1, word.size()));
       const size_t second = std::min(rest.find('/'), rest.size());
       if (second > 0)
@@ -154,12 +204,18 @@ class ObjReader {
   std::string_view file_;
   MeshBuilder builder_;
   std::vector<MeshCorner> corners_;
+  std::vector<Crease> creases_;
 };
 
 }  // namespace
 
-Result<TriangleMesh> read_obj(std::span<const uint8_t> bytes, std::string_view file, MeshReport& report) {
-  return ObjReader(bytes, file).read(report);
+Result<TriangleMesh> read_obj(std::span<const uint8_t> bytes, std::string_view file, MeshReport& report,
+                              MeshFileFacts* facts) {
+  return ObjReader(bytes, file).read(report, facts);
+}
+
+Result<PolygonMesh> read_obj_polygons(std::span<const uint8_t> bytes, std::string_view file) {
+  return ObjReader(bytes, file).read_polygons();
 }
 
 }  // namespace world

@@ -25,6 +25,7 @@
 #include <fmt/format.h>
 
 #include "world/meshes/builder.h"
+#include "world/meshes/points.h"
 
 namespace world {
 namespace {
@@ -68,13 +69,37 @@ class PlyReader {
   PlyReader(std::span<const uint8_t> bytes, std::string_view file)
       : text_(reinterpret_cast<const char*>(bytes.data()), bytes.size()), file_(file) {}
 
-  Result<TriangleMesh> read(MeshReport& report) {
+  Result<TriangleMesh> read(MeshReport& report, MeshFileFacts* facts) {
     TRY_STATUS(read_header());
     for (const Element& element : elements_) {
       if (element.properties.empty()) continue;
       for (uint64_t i = 0; i < element.count; ++i) TRY_STATUS(read_element(element, i));
     }
+    builder_.facts.vertices = builder_.positions.size();
+    builder_.facts.normals = builder_.normals.size();
+    builder_.facts.textures = builder_.textures.size();
+    if (facts) *facts = builder_.facts;
     return std::move(builder_).finish(file_, report);
+  }
+
+  Result<PointSet> read_points() {
+    PointSet points;
+    points_ = &points;
+    TRY_STATUS(read_header());
+    for (const Element& element : elements_) {
+      if (element.properties.empty()) continue;
+      for (uint64_t i = 0; i < element.count; ++i) TRY_STATUS(read_element(element, i));
+      if (element.name == "vertex") break;  // nothing after it is wanted
+    }
+    if (points.positions.empty())
+      return input_error(fmt::format("{}: holds no points: its vertex element is empty or missing", file_));
+    return points;
+  }
+
+  Result<bool> has_faces() {
+    TRY_STATUS(read_header());
+    return std::any_of(elements_.begin(), elements_.end(),
+                       [](const Element& e) { return e.name == "face" && e.count > 0; });
   }
 
  private:
@@ -237,6 +262,13 @@ class PlyReader {
       if (n == "v" || n == "t" || n == "texture_v") texture.y = value;
     }
     if (!vertex) return {};
+    if (points_) {
+      if (std::isfinite(position.x + position.y + position.z))
+        points_->positions.push_back(position);
+      else
+        ++points_->not_finite;
+      return {};
+    }
     for (int a = 0; a < 3; ++a)
       if (!std::isfinite(static_cast<float>(position[a])))
         return error(fmt::format("vertex {} has no finite {}", index, "xyz"[a]));
@@ -279,12 +311,22 @@ class PlyReader {
   std::vector<Element> elements_;
   MeshBuilder builder_;
   std::vector<MeshCorner> corners_;
+  PointSet* points_ = nullptr;  // where only points are wanted
 };
 
 }  // namespace
 
-Result<TriangleMesh> read_ply(std::span<const uint8_t> bytes, std::string_view file, MeshReport& report) {
-  return PlyReader(bytes, file).read(report);
+Result<bool> ply_has_faces(std::span<const uint8_t> bytes, std::string_view file) {
+  return PlyReader(bytes, file).has_faces();
+}
+
+Result<PointSet> read_ply_points(std::span<const uint8_t> bytes, std::string_view file) {
+  return PlyReader(bytes, file).read_points();
+}
+
+Result<TriangleMesh> read_ply(std::span<const uint8_t> bytes, std::string_view file, MeshReport& report,
+                              MeshFileFacts* facts) {
+  return PlyReader(bytes, file).read(report, facts);
 }
 
 }  // namespace world

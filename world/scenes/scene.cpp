@@ -171,9 +171,12 @@ Result<Scene> parse_scene(std::string_view text, const std::string& name, const 
   scene.name = name;
   TomlTable root = document.root();
   root.read("what", scene.what);
-  const auto sources = root.table("world");
-  if (sources.empty()) root.fail("world", "a scene needs a [world] table that says where its world comes from");
-  for (TomlTable source : sources) read_world_source(source, scene);
+  const auto origins = root.table("world");
+  if (origins.empty() && !root.has("source"))
+    root.fail("world", "a scene needs a [world] table that says where its world comes from, or a [[source]]");
+  for (TomlTable origin : origins) read_world_source(origin, scene);
+  for (TomlTable table : root.array_of_tables("source"))
+    scene.sources.push_back(read_source(table, scene.offset, folder));
   for (TomlTable fill : root.array_of_tables("fill")) {
     int32_t min[3] = {}, max[3] = {};
     Scene::Fill f;
@@ -238,6 +241,20 @@ Result<World> generated_world(const Scene& scene) {
                                  scene.generator, fmt::join(names, ", ")));
 }
 
+/// Samples the scene's sources over what is there.
+Status sample_sources(const Scene& scene, World& world) {
+  for (const SourceInstance& source : scene.sources) {
+    const auto block = world.palette->find(source.block);
+    if (!block)
+      return input_error(fmt::format("{}: there is no block \"{}\" (did you mean \"{}\"?)", source.where, source.block,
+                                     world.palette->nearest_name(source.block)));
+    const Result<SamplingReport> sampled = sample_shape(world.store, *source.shape, source.placement, source.sampling,
+                                                        *block, source.clip ? &*source.clip : nullptr);
+    if (!sampled) return Error{sampled.error().kind, source.where + ": " + sampled.error().message};
+  }
+  return {};
+}
+
 /// Density grids without a file sample the world's density layer, whose voxels count from the medium's position.
 Status fill_density_grids(const Store& store, std::vector<Medium>& media) {
   std::map<FieldSampling, std::shared_ptr<const DensityField>> fields;
@@ -290,8 +307,11 @@ Result<Scene> load_scene(const std::string& name_or_path) {
 }
 
 Result<World> build_world(const Scene& scene, ImportReport& report) {
-  const bool from_file = !scene.file.empty();
-  TRY(World world, from_file ? read_world(scene.file, scene.import_options, report) : generated_world(scene));
+  const bool from_file = !scene.file.empty(), from_sources = !from_file && scene.generator.empty();
+  TRY(World world, from_file      ? read_world(scene.file, scene.import_options, report)
+                   : from_sources ? Result<World>(World(standard_blocks()))
+                                  : generated_world(scene));
+  if (from_sources) world.metadata["source"] = "scene " + scene.name;
   std::vector<Medium> media = scene.media;
   TRY_STATUS(fill_density_grids(world.store, media));
   if (scene.offset != VoxelPos{}) {
@@ -301,6 +321,7 @@ Result<World> build_world(const Scene& scene, ImportReport& report) {
   for (const Block& block : scene.blocks) {
     TRY([[maybe_unused]] const BlockId added, world.palette->add(block));
   }
+  TRY_STATUS(sample_sources(scene, world));
   EditBatch fills;
   for (const Scene::Fill& fill : scene.fills) {
     const auto block = world.palette->find(fill.block);

@@ -9,6 +9,7 @@
 
 #include "world/base/errors.h"
 #include "world/formats/format.h"
+#include "world/sources/source.h"
 #include "world/space/world_point.h"
 #include "world/world.h"
 
@@ -34,6 +35,8 @@ struct Scene {
   // ... or a file ...
   std::filesystem::path file;
   ImportOptions import_options;
+  // ... or nothing but sources; those are sampled over what there is: each [[source]], see world/sources/source.h ...
+  std::vector<SourceInstance> sources;
   // ... and boxes written afterwards: each [[fill]], then rows of voxels whose centres lie in each
   //   [[prism]] corners = [x, z, x, z, x, z, x, z] of a convex quadrilateral in order, y = [lowest, highest] voxel
   //   [[cone]]  centre = [x, z], y = [from, to], radius = [at from, at to]: a cylinder, cone or frustum

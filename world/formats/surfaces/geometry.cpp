@@ -1,0 +1,143 @@
+#include "world/formats/surfaces/geometry.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "world/formats/collector.h"
+#include "world/sources/mesh/mesh_shape.h"
+#include "world/sources/sampler.h"
+
+namespace world {
+namespace {
+
+/// (x, y, z) with z upwards -> (x, z, -y).
+glm::dmat3 y_up_from_z_up() {
+  glm::dmat3 m(0.0);
+  m[0] = {1, 0, 0}, m[1] = {0, 0, -1}, m[2] = {0, 1, 0};
+  return m;
+}
+
+Result<BlockId> white_block(World& world, const std::string& name) {
+  Block block;
+  block.name = name;
+  block.albedo = {0.8f, 0.8f, 0.8f};
+  return world.palette->add(block);
+}
+
+std::string text_of(const Vec3d& v) { return fmt::format("{:g} {:g} {:g}", v.x, v.y, v.z); }
+
+void describe(World& world, const char* format, double size, ImportReport& report) {
+  world.metadata["format"] = format;
+  world.metadata["voxel_size_m"] = fmt::format("{:.9g}", size);
+  report.facts.emplace_back("voxel size", fmt::format("{:g}", size));
+}
+
+Status check_size(const ShapeBox& bounds, double size, const std::string& name) {
+  const double furthest = std::max(glm::length(bounds.min), glm::length(bounds.max)) / size;
+  if (furthest < kWorldBorder / 2) return {};
+  return input_error(
+      fmt::format("{}: at {:g} m a voxel it reaches {:.3g} voxels from its origin, past the world's border; "
+                  "give a larger --metres-per-voxel",
+                  name, size, furthest));
+}
+
+Result<World> sampled_world(const Shape& shape, const std::string& block, const glm::dmat3& turn,
+                            const Sampling& sampling, const std::string& name) {
+  World world;
+  TRY(const BlockId id, white_block(world, block));
+  const Result<SamplingReport> sampled =
+      sample_shape(world.store, shape, {.position = {}, .transform = turn}, sampling, id);
+  if (!sampled) return Error{sampled.error().kind, name + ": " + sampled.error().message};
+  return world;
+}
+
+}  // namespace
+
+double voxel_size_for(const ShapeBox& bounds, const ImportOptions& options) {
+  if (options.metres_per_voxel > 0) return options.metres_per_voxel;
+  const Vec3d size = bounds.max - bounds.min;
+  const double longest = std::max({size.x, size.y, size.z});
+  if (!(longest > 0) || !std::isfinite(longest)) return 1;
+  const double wanted = longest / 100, power = std::pow(10.0, std::floor(std::log10(wanted)));
+  return wanted >= 5 * power ? 5 * power : wanted >= 2 * power ? 2 * power : power;
+}
+
+Result<World> world_from_mesh(const TriangleMesh& mesh, const MeshFileFacts& facts, const MeshReport& read,
+                              const std::string& name, const std::string& stem, const ImportOptions& options,
+                              ImportReport& report) {
+  ShapeBox bounds;
+  for (const Vec3f& p : mesh.positions) bounds.include(Vec3d(p));
+  Sampling sampling{.voxel_size_m = voxel_size_for(bounds, options),
+                    .supersampling = options.supersampling,
+                    .coverage = options.coverage};
+  TRY_STATUS(check_size(bounds, sampling.voxel_size_m, name));
+  MeshShapeReport shape_report;
+  const auto shape =
+      mesh_shape(mesh, {.shell = options.shell, .thickness = options.shell ? sampling.voxel_size_m : 0}, shape_report);
+  const bool z_up = options.up == ImportOptions::Up::z;
+  TRY(World world, sampled_world(*shape, "mesh:" + stem, z_up ? y_up_from_z_up() : glm::dmat3(1.0), sampling, name));
+  describe(world, "mesh", sampling.voxel_size_m, report);
+  const auto fact = [&](const char* key, const std::string& value) { report.facts.emplace_back(key, value); };
+  fact("vertices", std::to_string(facts.vertices));
+  fact("faces", std::to_string(facts.faces));
+  fact("triangles", std::to_string(shape_report.triangles));
+  fact("edges", std::to_string(shape_report.edges));
+  fact("bounds", text_of(bounds.min) + " .. " + text_of(bounds.max));
+  fact("filled as", options.shell ? "shell" : "solid");
+  if (read.degenerate)
+    report.warnings.push_back(fmt::format("{} triangles have no area and were left out", read.degenerate));
+  if (shape_report.holes_closed)
+    report.warnings.push_back(fmt::format("the surface has {} holes (border edges: {}), which were closed by fans",
+                                          shape_report.holes_closed, shape_report.border_edges));
+  if (shape_report.conflicts)
+    report.warnings.push_back(
+        fmt::format("at {} edges more than two faces meet, or two disagree on what is outside: an odd "
+                    "number of crossings was taken for inside",
+                    shape_report.conflicts));
+  if (world.store.voxel_count() == 0)
+    report.warnings.push_back(
+        "no voxel's middle lies inside: give a smaller --metres-per-voxel, --coverage 0 or --shell");
+  return world;
+}
+
+Result<World> world_from_points(const PointSet& points, const std::string& name, const std::string& stem,
+                                const ImportOptions& options, ImportReport& report) {
+  ShapeBox bounds;
+  Vec3d sum(0.0);
+  for (const Vec3d& p : points.positions) bounds.include(p), sum += p;
+  const double size = voxel_size_for(bounds, options);
+  TRY_STATUS(check_size(bounds, size, name));
+  const bool z_up = options.up != ImportOptions::Up::y;
+  const std::string block = "points:" + stem;
+  World world;
+  if (options.point_radius_m > 0) {
+    const Sampling sampling{.voxel_size_m = size, .supersampling = options.supersampling, .coverage = options.coverage};
+    const auto shape = point_shape(points.positions, options.point_radius_m);
+    TRY(world, sampled_world(*shape, block, z_up ? y_up_from_z_up() : glm::dmat3(1.0), sampling, name));
+  } else {
+    TRY(const BlockId id, white_block(world, block));
+    VoxelCollector collector;
+    for (const Vec3d& p : points.positions) {
+      const Vec3d f = glm::floor(p / size);
+      const VoxelPos v{static_cast<int32_t>(f.x), static_cast<int32_t>(z_up ? f.z : f.y),
+                       static_cast<int32_t>(z_up ? -f.y - 1 : f.z)};
+      if (!collector.set(v, id))
+        return input_error(
+            fmt::format("{}: its points are scattered over more than {} cubes of 8^3 voxels; give a larger "
+                        "--metres-per-voxel",
+                        name, VoxelCollector::kMaxLeaves));
+    }
+    collector.move_into(world.store);
+  }
+  describe(world, "points", size, report);
+  const auto fact = [&](const char* key, const std::string& value) { report.facts.emplace_back(key, value); };
+  fact("points", std::to_string(points.positions.size() + points.not_finite));
+  fact("finite", std::to_string(points.positions.size()));
+  fact("centroid", text_of(sum / static_cast<double>(points.positions.size())));
+  fact("bounds", text_of(bounds.min) + " .. " + text_of(bounds.max));
+  return world;
+}
+
+}  // namespace world
