@@ -38,7 +38,7 @@ world::Result<int> run_convert(ConvertOptions options) {
     options.import.window = {options.window[0], options.window[1], options.window[2], options.window[3]};
   }
   // Before the work: an output that cannot be written should not cost an import.
-  TRY([[maybe_unused]] const world::Format* const writer, world::format_for_writing(options.output));
+  TRY(const world::Format* const writer, world::format_for_writing(options.output));
   world::ImportReport report;
   TRY(world::Scene scene, world::load_scene(options.input));
   scene.import_options = options.import;
@@ -49,6 +49,12 @@ world::Result<int> run_convert(ConvertOptions options) {
     return world::input_error(options.input + ": " + std::to_string(report.unmapped.size()) +
                               " kinds of block have no match, the first is \"" + report.unmapped.begin()->first +
                               "\": map them or leave --strict out");
+  if (writer->losses) {
+    for (const std::string& lost : writer->losses(world)) {
+      if (options.import.strict) return world::input_error(options.output + ": " + lost + "; leave --strict out to write it so");
+      report.warnings.push_back(options.output + ": " + lost);
+    }
+  }
   progress.stage("writing " + options.output);
   TRY_STATUS(world::write_world(world, options.output));
   progress.stage("");

@@ -89,13 +89,24 @@ void print_info(const nlohmann::json& j, bool effects) {
                 effect["called_for"].get<bool>() ? "yes" : "no", effect["why"].get<std::string>().c_str());
 }
 
+/// Of a file, or of all files of a folder; 0 for a scene that is compiled in.
+uint64_t bytes_on_disk(const std::filesystem::path& path) {
+  std::error_code error;
+  uint64_t bytes = 0;
+  if (std::filesystem::is_directory(path, error)) {
+    for (std::filesystem::recursive_directory_iterator at(path, error), end; !error && at != end; at.increment(error))
+      if (at->is_regular_file(error)) bytes += at->file_size(error);
+    return bytes;
+  }
+  const auto size = std::filesystem::file_size(path, error);
+  return error ? 0 : size;
+}
+
 world::Result<int> run_info(const InfoOptions& options) {
   TRY(const world::Scene scene, world::load_scene(options.file));
   world::ImportReport report;
   TRY(const world::World world, world::build_world(scene, report));
-  std::error_code none;
-  const auto size = std::filesystem::file_size(options.file, none);
-  const nlohmann::json j = info_json(world, report, none ? 0 : size);
+  const nlohmann::json j = info_json(world, report, bytes_on_disk(options.file));
   if (options.json)
     std::cout << json_text(j) << '\n';
   else

@@ -20,6 +20,7 @@ namespace world {
 struct ImportOptions {
   bool strict = false;          // what has no match is an error
   bool visible_only = false;    // leave hidden parts out
+  bool count_states = false;    // fill ImportReport::states; costs a pass over the voxels
   int frame = -1;               // of animated files; -1: as the file opens (world/formats/vox/vox_file.h)
   double metres_per_voxel = 0;  // elevation: 0 = the spacing of the posts; surfaces and points: 0 = a round number
   /// Elevation window in posts: columns from west, rows from north; width or height 0 = all.
@@ -43,6 +44,7 @@ struct ImportOptions {
 /// What the user is told about an import.
 struct ImportReport {
   std::map<std::string, uint64_t> unmapped;                // name in the file -> voxels
+  std::map<std::string, uint64_t> states;                  // block state in the file, air too -> voxels; if asked for
   std::vector<std::string> warnings;                       // a sentence each
   std::vector<std::pair<std::string, std::string>> facts;  // table rows: name, value
 };
@@ -56,11 +58,15 @@ struct Format {
   /// Null where the format cannot be read, or written.
   std::function<Result<World>(const std::filesystem::path&, const ImportOptions&, ImportReport&)> read;
   std::function<Status(const World&, const std::filesystem::path&)> write;
+  /// For what is a folder of files; null where it is always one file.
+  std::function<bool(const std::filesystem::path& folder)> recognizes_folder = nullptr;
+  /// What a file of this format can't hold of this world, a sentence each; null where it holds everything.
+  std::function<std::vector<std::string>(const World&)> losses = nullptr;
 };
 
 /// All formats; the one registry.
 const std::vector<Format>& formats();
-/// By extension, then by content.
+/// By extension, then by content; a folder by what lies in it.
 Result<const Format*> format_for_reading(const std::filesystem::path& path);
 Result<const Format*> format_for_writing(const std::filesystem::path& path);
 

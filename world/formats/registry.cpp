@@ -76,7 +76,9 @@ const std::vector<Format>& formats() {
 Result<const Format*> format_for_reading(const std::filesystem::path& path) {
   std::error_code error;
   if (std::filesystem::is_directory(path, error)) {
-    return input_error(fmt::format("{}: is a folder, expected a file", path.string()));
+    for (const Format& format : formats())
+      if (format.recognizes_folder && format.recognizes_folder(path)) return &format;
+    return input_error(fmt::format("{}: is a folder that holds no world; expected a file", path.string()));
   }
   if (const Format* format = find_by_extension(path, readable)) return format;
   std::ifstream file(path, std::ios::binary);

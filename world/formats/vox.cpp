@@ -15,6 +15,7 @@
 //   _media              not opaque, a gas; extinction 10 * _d per metre, of which 1 - colour is absorbed
 //   _emit > 0           emits kEmittedWatts * _emit * 10^_flux * colour; the file has no unit, the scale is ours:
 //                       _emit = 1 at _flux 0 is the power of a lamp block
+//   _loam               in files of ours: the block itself, as TOML, where the above can't say all of it
 // Not carried over: _g, and _rough of other materials. The order of the palette on the screen (IMAP),
 // row names (NOTE) and cameras (rCAM) go to the metadata.
 #include "world/formats/vox.h"
@@ -33,9 +34,11 @@ namespace world {
 namespace {
 
 constexpr float kMinAlbedo = 0.004f, kMaxAlbedo = 0.98f;
-constexpr double kEmittedWatts = 3600;
+constexpr double kEmittedWatts = kVoxEmittedWatts;
 constexpr uint64_t kMaxFileBytes = uint64_t{1} << 31;
+constexpr uint64_t kNodeBytes = 32;  // a node of the scene graph in the file, at least
 constexpr uint64_t kMaxInstancedVoxels = uint64_t{1} << 27;
+constexpr size_t kMostKeptBytes = 4096;
 constexpr size_t kMaxMetadataEntries = 64, kMaxMetadataBytes = 256;
 
 /// IEC 61966-2-1.
@@ -66,9 +69,13 @@ std::string printable(std::string_view bytes) {
   return clean;
 }
 
-std::string type_of(const vox::File& file, int colour) {
-  const auto material = file.materials.find(colour);
-  const std::string type = material == file.materials.end() ? "_diffuse" : text(material->second, "_type", "_diffuse");
+const vox::Dictionary* material_of(const vox::File& file, int colour) {
+  const auto found = file.materials.find(colour);
+  return found == file.materials.end() ? nullptr : &found->second;
+}
+
+std::string type_of(const vox::Dictionary* material) {
+  const std::string type = material ? text(*material, "_type", "_diffuse") : "_diffuse";
   return type.empty() ? "_diffuse" : type;
 }
 
@@ -79,18 +86,16 @@ bool known_type(const std::string& type) {
   return false;
 }
 
-Block make_block(const vox::File& file, int colour) {
-  const vox::Colour c = file.palette[static_cast<size_t>(colour)];
+Block plain_block(int colour, vox::Colour c, const vox::Dictionary* of_colour) {
   const auto band = [](uint8_t byte) {
     return std::clamp(static_cast<float>(linear_from_srgb(byte)), kMinAlbedo, kMaxAlbedo);
   };
   Block block;
   block.name = fmt::format("vox:{}", colour);
   block.albedo = {band(c.r), band(c.g), band(c.b)};
-  const auto found = file.materials.find(colour);
-  if (found == file.materials.end()) return block;
-  const vox::Dictionary& material = found->second;
-  const std::string type = type_of(file, colour);
+  if (!of_colour) return block;
+  const vox::Dictionary& material = *of_colour;
+  const std::string type = type_of(of_colour);
 
   if (type == "_metal") {
     block.bsdf = "blinn_phong";
@@ -128,6 +133,15 @@ Block make_block(const vox::File& file, int colour) {
     block.emission = {block.albedo.r * watts, block.albedo.g * watts, block.albedo.b * watts};
   }
   return block;
+}
+
+/// The block that a file of ours keeps beside a colour, or nothing.
+std::optional<Block> kept_block(const vox::Dictionary* material) {
+  const std::string toml = material ? text(*material, "_loam", "") : "";
+  if (toml.empty() || toml.size() > kMostKeptBytes) return {};
+  BlockPalette one;
+  if (!add_blocks_from_toml(one, toml, "_loam").ok() || one.size() != 2) return {};
+  return one[1];
 }
 
 void add_metadata(World& world, const vox::File& file) {
@@ -180,6 +194,8 @@ void add_facts(const vox::File& file, const std::vector<vox::Instance>& all, Imp
   if (file.old_materials) fact("MATT", std::to_string(file.old_materials));
   for (const auto& [part, n] : hidden_parts) {
     report.warnings.push_back(fmt::format("the hidden part '{}' ({} voxels) was found", printable(part), n));
+    if (hidden_parts.size() <= kMaxMetadataEntries)
+      fact(("hidden part " + printable(part)).c_str(), fmt::format("{} voxels", n));
   }
   std::string skipped;
   for (const auto& [id, count] : file.unknown_chunks) {
@@ -219,8 +235,16 @@ Result<World> world_from_vox(const vox::File& file, const std::string& name, con
   int colours = 0;
   for (int colour = 1; colour < 256; ++colour) {
     if (!used[static_cast<size_t>(colour)]) continue;
-    TRY(block_of[static_cast<size_t>(colour)], world.palette->add(make_block(file, colour)));
-    const std::string type = type_of(file, colour);
+    const vox::Dictionary* const material = material_of(file, colour);
+    const std::string type = type_of(material);
+    std::optional<Block> kept = kept_block(material);
+    const auto id = kept ? world.palette->add(std::move(*kept)) : Result<BlockId>(Error{});
+    if (id) {
+      block_of[static_cast<size_t>(colour)] = *id;
+    } else {
+      TRY(block_of[static_cast<size_t>(colour)],
+          world.palette->add(plain_block(colour, file.palette[static_cast<size_t>(colour)], material)));
+    }
     ++types[type];
     ++colours;
     if (!known_type(type)) report.unmapped["material " + printable(type)] += used[static_cast<size_t>(colour)];
@@ -233,7 +257,11 @@ Result<World> world_from_vox(const vox::File& file, const std::string& name, con
     report.warnings.push_back(
         fmt::format("{} voxels have the colour 0, which means empty; they were left out", used[0]));
 
-  VoxelCollector collector;
+  // The scene graph can show a few voxels at places without end: what they take follows from the file's own size.
+  uint64_t stored = file.nodes.size() * kNodeBytes;
+  for (const vox::Model& model : file.models) stored += model.voxels.size() * sizeof(vox::Voxel);
+  MemoryBudget budget(stored);
+  VoxelCollector collector(&budget);
   for (const vox::Instance& instance : all) {
     if (options.visible_only && instance.hidden) continue;
     const vox::Model& model = file.models[static_cast<size_t>(instance.model)];
@@ -248,9 +276,8 @@ Result<World> world_from_vox(const vox::File& file, const std::string& name, con
       }
       const VoxelPos at{static_cast<int32_t>(x), static_cast<int32_t>(z), static_cast<int32_t>(-y - 1)};
       if (!collector.set(at, block_of[v.colour])) {
-        return input_error(
-            fmt::format("{}: its voxels are scattered over more than {} cubes of 8 x 8 x 8; that does not fit", name,
-                        VoxelCollector::kMaxLeaves));
+        return input_error(fmt::format(
+            "{}: its voxels are scattered over more cubes of 8 x 8 x 8 than a file of this size ever needs", name));
       }
     }
   }
@@ -263,6 +290,11 @@ Result<World> world_from_vox(const vox::File& file, const std::string& name, con
   collector.move_into(world.store);
   add_metadata(world, file);
   return world;
+}
+
+Block block_of_colour(int colour, vox::Colour c, const vox::Dictionary& material) {
+  if (std::optional<Block> kept = kept_block(&material)) return *kept;
+  return plain_block(colour, c, &material);
 }
 
 const Format& vox_format() {
@@ -282,7 +314,8 @@ const Format& vox_format() {
         world.metadata["source"] = path.filename().string();
         return world;
       },
-      .write = nullptr,
+      .write = write_vox,
+      .losses = vox_losses,
   };
   return format;
 }
