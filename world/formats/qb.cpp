@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
+#include <unordered_set>
 
 #include <fmt/format.h>
 
@@ -145,31 +146,32 @@ Result<World> read_qb(const std::filesystem::path& path, const ImportOptions&, I
   MemoryBudget budget(bytes.size());
 
   // First the colours, then the voxels.
-  std::vector<bool> used(size_t{1} << 24);
+  std::unordered_set<uint32_t> used;
+  uint32_t last_colour = UINT32_MAX;
   QbReader first(bytes, name);
   TRY_STATUS(first.read([&](const Matrix&, uint32_t, uint32_t, uint32_t, uint32_t, uint32_t colour) {
-    used[colour] = true;
+    if (colour != last_colour) used.insert(last_colour = colour);
     return true;
   }));
-  const size_t colours = static_cast<size_t>(std::count(used.begin(), used.end(), true));
-  const bool rounded = colours > kMostColours;
-  const auto round = [&](uint32_t colour) { return rounded ? (colour & 0xf8f8f8) | (colour >> 5 & 0x070707) : colour; };
+  std::vector<uint32_t> colours(used.begin(), used.end());
+  std::sort(colours.begin(), colours.end());
+  const bool rounded = colours.size() > kMostColours;
   World world;
   std::unordered_map<uint32_t, BlockId> block_of;
-  for (uint32_t colour = 0; colour < used.size(); ++colour) {
-    if (!used[colour]) continue;
-    const uint32_t kept = round(colour);
+  for (const uint32_t colour : colours) {
+    const uint32_t kept = rounded ? (colour & 0xf8f8f8) | (colour >> 5 & 0x070707) : colour;
     Block block;
     block.name = fmt::format("qb:{:06X}", kept);
     block.albedo = {albedo(kept >> 16), albedo(kept >> 8 & 255), albedo(kept & 255)};
     TRY(block_of[colour], world.palette->add(std::move(block)));
   }
   if (rounded)
-    report.warnings.push_back(fmt::format("{} colours are too many; they were rounded to 5 bits a band", colours));
+    report.warnings.push_back(
+        fmt::format("{} colours are too many; they were rounded to 5 bits a band", colours.size()));
 
   VoxelCollector collector(&budget);
   QbReader second(bytes, name);
-  uint32_t last_colour = UINT32_MAX;
+  last_colour = UINT32_MAX;
   BlockId last_block = kAir;
   TRY_STATUS(second.read([&](const Matrix& m, uint32_t x, uint32_t y, uint32_t z, uint32_t count, uint32_t colour) {
     if (colour != last_colour) last_block = block_of.at(last_colour = colour);
@@ -191,7 +193,7 @@ Result<World> read_qb(const std::filesystem::path& path, const ImportOptions&, I
   uint64_t voxels = 0;
   for (const Matrix& m : second.matrices) voxels += m.voxels;
   fact("voxels in matrices", std::to_string(voxels));
-  fact("colours used", std::to_string(colours));
+  fact("colours used", std::to_string(colours.size()));
   for (size_t i = 0; i < std::min<size_t>(second.matrices.size(), 32); ++i) {
     const Matrix& m = second.matrices[i];
     fact("matrix " + m.name, fmt::format("{} x {} x {} at {} {} {}, {} voxels", m.size[0], m.size[1], m.size[2],

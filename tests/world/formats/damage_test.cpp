@@ -76,7 +76,7 @@ INSTANTIATE_TEST_SUITE_P(Fuzz, EveryTarget, testing::ValuesIn(target_names()),
 
 Bytes gzip(std::span<const uint8_t> bytes) {
   z_stream z{};
-  deflateInit2(&z, 9, Z_DEFLATED, MAX_WBITS + 16, 9, Z_DEFAULT_STRATEGY);
+  deflateInit2(&z, 1, Z_DEFLATED, MAX_WBITS + 16, 9, Z_DEFAULT_STRATEGY);
   Bytes out(deflateBound(&z, bytes.size()));
   z.next_in = const_cast<Bytef*>(bytes.data());
   z.avail_in = static_cast<uInt>(bytes.size());
@@ -111,9 +111,9 @@ std::string bounded_read(const std::filesystem::path& path) {
 }
 
 TEST(HardCaseIO9, ACompressionBombIsRejectedWithinItsMemory) {
-  const Bytes zeros(size_t{1} << 30);
+  const Bytes zeros(size_t{500} << 20);
   const Bytes bomb = gzip(zeros);
-  ASSERT_LT(bomb.size(), 2u << 20);
+  ASSERT_LT(bomb.size(), 4u << 20);
   TemporaryFolder folder;
   for (const char* name : {"a.schem", "a.schematic", "a.litematic"}) {
     write(folder / name, bomb);

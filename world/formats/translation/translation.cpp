@@ -102,6 +102,8 @@ class TranslationTable {
   std::string qualified(const std::string& name) const {
     return namespace_.empty() || name.find(':') != std::string::npos ? name : namespace_ + ":" + name;
   }
+  /// "minecraft:300:2": a numeric id without a name, as one.
+  std::string of_game(std::string_view id) const { return namespace_ + ":" + std::string(id); }
   const NumericIds& ids() const { return ids_; }
 
  private:
@@ -319,7 +321,8 @@ BlockId Translator::block(std::string_view text) {
       state = parse_state(named);
     else if (const auto found = id_names_.find(numeric->id); found != id_names_.end())
       state = {found->second, {}};
-    known_as = named.empty() ? state.name : table_.qualified(state.name);
+    known_as = named.empty() && state.name == text.substr(0, state.name.size()) ? table_.of_game(text)
+                                                                                : table_.qualified(state.name);
   }
   if (state.name.starts_with("loam:")) {
     const std::string name = state_text(state).substr(5);
