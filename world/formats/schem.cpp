@@ -15,8 +15,8 @@
 
 #include "world/formats/cubes/box_filler.h"
 #include "world/formats/format.h"
+#include "world/formats/nbt/large_arrays.h"
 #include "world/formats/nbt/nbt.h"
-#include "world/formats/nbt/nbt_file.h"
 #include "world/formats/schem/varints.h"
 #include "world/formats/translation/translation.h"
 
@@ -33,7 +33,8 @@ struct Schematic {
   int version = 1, data_version = 0;
   VoxelPos size{0, 0, 0}, offset{0, 0, 0};
   std::vector<std::pair<std::string, int64_t>> palette;
-  std::span<const uint8_t> indices;
+  std::span<const uint8_t> indices;  // or empty, and
+  size_t indices_end = 0;            // where reading stood behind them
   uint32_t block_entities = 0, entities = 0;
   std::optional<VoxelPos> origin;  // of our own files
   std::string definitions;         // TOML, of our own files
@@ -91,6 +92,7 @@ void read_schematic(nbt::Reader& in, Schematic& out, int depth) {
       read_palette(in, out);
     } else if (e.name == "BlockData" || (e.name == "Data" && e.type == nbt::Type::byte_array)) {
       out.indices = in.array(e, nbt::Type::byte_array);
+      out.indices_end = in.offset();
     } else if (e.name == "Metadata" && compound) {
       read_ours(in, out);
     } else if ((e.name == "BlockEntities" || e.name == "TileEntities" || e.name == "Entities") &&
@@ -106,14 +108,15 @@ void read_schematic(nbt::Reader& in, Schematic& out, int depth) {
 
 /// Slabs of eight layers are decoded at a time, so that indices never lie in memory as a whole.
 Status fill(const Schematic& from, VoxelPos corner, const std::vector<BlockId>& block_of_index,
-            std::vector<uint64_t>& counts, const std::string& name, MemoryBudget& budget, Store& store) {
+            std::vector<uint64_t>& counts, nbt::ArrayStream indices, const std::string& name, MemoryBudget& budget,
+            Store& store) {
   const size_t layer = static_cast<size_t>(from.size.x) * static_cast<size_t>(from.size.z);
   const int slab = std::min(kLeafSize, from.size.y);
   if (!budget.take(layer * static_cast<size_t>(slab) * sizeof(BlockId)))
     return input_error(name + ": its layers take more memory than a file of this size ever needs");
   std::vector<BlockId> blocks(layer * static_cast<size_t>(slab));
   BoxFiller filler(store, budget);
-  VarintReader in(from.indices);
+  VarintReader in(std::move(indices));
   for (int y = 0; y < from.size.y;) {
     // Up to the next boundary of leaves.
     const int layers = std::min(kLeafSize - ((corner.y + y) & 7), from.size.y - y);
@@ -141,8 +144,8 @@ Status fill(const Schematic& from, VoxelPos corner, const std::vector<BlockId>& 
 
 Result<World> read_schem(const std::filesystem::path& path, const ImportOptions& options, ImportReport& report) {
   const std::string name = path.string();
-  TRY(const nbt::File file, nbt::open_file(path));
-  nbt::Reader in(file.tree, name);
+  TRY(const nbt::ElidedFile file, nbt::ElidedFile::open(path));
+  nbt::Reader in(file.tree(), name);
   Schematic schematic;
   in.root();
   read_schematic(in, schematic, 0);
@@ -151,9 +154,11 @@ Result<World> read_schem(const std::filesystem::path& path, const ImportOptions&
   const uint64_t volume = static_cast<uint64_t>(size.x) * static_cast<uint64_t>(size.y) * static_cast<uint64_t>(size.z);
   if (schematic.version < 1 || schematic.version > 3)
     return input_error(fmt::format("{}: its version is {}, expected 1 to 3", name, schematic.version));
-  if (volume > schematic.indices.size()) {
+  const nbt::ElidedFile::LargeArray* const large = file.large_array_at(schematic.indices_end);
+  const uint64_t index_bytes = large ? large->bytes : schematic.indices.size();
+  if (volume > index_bytes) {
     return input_error(fmt::format("{}: {} x {} x {} blocks were announced, but its index data has {} bytes", name,
-                                   size.x, size.y, size.z, schematic.indices.size()));
+                                   size.x, size.y, size.z, index_bytes));
   }
   const VoxelPos corner = schematic.origin.value_or(VoxelPos{0, 0, 0});
   constexpr int kReach = kWorldBorder - kMostSide;
@@ -181,7 +186,8 @@ Result<World> read_schem(const std::filesystem::path& path, const ImportOptions&
     block_of_index[static_cast<size_t>(index)] = translator.block(state);
     ++names[std::string_view(state).substr(0, state.find('['))];
   }
-  TRY_STATUS(fill(schematic, corner, block_of_index, counts, name, *file.budget, world.store));
+  nbt::ArrayStream indices = large ? nbt::ArrayStream(file, *large) : nbt::ArrayStream(schematic.indices);
+  TRY_STATUS(fill(schematic, corner, block_of_index, counts, std::move(indices), name, file.budget(), world.store));
   if (options.count_states) {
     for (const auto& [state, index] : schematic.palette)
       if (counts[static_cast<size_t>(index)]) report.states[state] += counts[static_cast<size_t>(index)];

@@ -1,5 +1,7 @@
 #include "world/store/leaf_masks.h"
 
+#include <cstring>
+
 #include <fmt/format.h>
 
 namespace world {
@@ -24,10 +26,19 @@ void count_region(const RegionNode& node, size_t palette_size, RegionCensus& cen
   std::vector<int64_t> counts(palette_size, 0);
   for (int i = 0; i < kLeavesPerRegion; ++i) {
     const LeafBlocks leaf = leaf_of(node, i);
-    if (!leaf.values)
+    if (!leaf.values) {
       counts[leaf.uniform] += kLeafVoxels;
-    else
-      for (int v = 0; v < kLeafVoxels; ++v) ++counts[leaf.values[v]];
+      continue;
+    }
+    // Most rows of eight hold one block: one addition for them instead of eight that wait for each other.
+    for (const BlockId* row = leaf.values; row != leaf.values + kLeafVoxels; row += kLeafSize) {
+      uint64_t half[2];
+      std::memcpy(half, row, sizeof half);
+      if (half[0] == half[1] && half[0] == row[0] * uint64_t{0x0001000100010001})
+        counts[row[0]] += kLeafSize;
+      else
+        for (int v = 0; v < kLeafSize; ++v) ++counts[row[v]];
+    }
   }
   for (size_t b = 1; b < palette_size; ++b)
     if (counts[b]) census.counts.emplace_back(static_cast<BlockId>(b), counts[b]);

@@ -216,7 +216,7 @@ void Store::adopt(RegionBuilder&& region) {
   const bool replaces = old != nodes_->regions.end();
   // Every leaf that was or is not air has changed for those who follow.
   std::vector<LeafPos> changed;
-  for (int i = 0; i < kLeavesPerRegion; ++i) {
+  for (int i = 0; i < kLeavesPerRegion && !nodes_->dirty.empty(); ++i) {
     const auto not_air = [&](const RegionNode& n) {
       const LeafBlocks leaf = leaf_of(n, i);
       return leaf.values || leaf.uniform != kAir;

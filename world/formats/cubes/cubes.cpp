@@ -11,25 +11,20 @@
 namespace world {
 namespace {
 
-uint64_t load64(const void* at) {
-  uint64_t word;
-  std::memcpy(&word, at, sizeof word);
-  return word;
-}
+/// 16 bytes, in one register wherever there are such: not through Highway, whose baseline here is a lane at a time.
+using Bytes16 = uint8_t __attribute__((vector_size(16)));
 
-/// Swaps what `a` has above `shift` under the mask with what `b` has under the mask.
-void swap_parts(uint64_t& a, uint64_t& b, int shift, uint64_t mask) {
-  const uint64_t difference = ((a >> shift) ^ b) & mask;
-  b ^= difference;
-  a ^= difference << shift;
+Bytes16 load16(const uint8_t* at) {
+  Bytes16 bytes;
+  std::memcpy(&bytes, at, sizeof bytes);
+  return bytes;
 }
-
-/// Word i byte j <-> word j byte i.
-/// source  Henry S. Warren. Hacker's Delight, 2nd edition. 2012, section 7-3
-void transpose8(uint64_t (&w)[8]) {
-  for (int i = 0; i < 4; ++i) swap_parts(w[i], w[i + 4], 32, 0x00000000ffffffffull);
-  for (const int i : {0, 1, 4, 5}) swap_parts(w[i], w[i + 2], 16, 0x0000ffff0000ffffull);
-  for (const int i : {0, 2, 4, 6}) swap_parts(w[i], w[i + 1], 8, 0x00ff00ff00ff00ffull);
+/// a0 b0 a1 b1 ... of the lower and of the upper halves.
+Bytes16 interleave_lower(Bytes16 a, Bytes16 b) {
+  return __builtin_shufflevector(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+}
+Bytes16 interleave_upper(Bytes16 a, Bytes16 b) {
+  return __builtin_shufflevector(a, b, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31);
 }
 
 /// Where (x, y, z) of a cube lies among the indices.
@@ -37,29 +32,44 @@ constexpr size_t place(int x, int y, int z) {
   return static_cast<size_t>((x >> 3) << 11 | (y >> 3) << 10 | (z >> 3) << 9 | (x & 7) << 6 | (y & 7) << 3 | (z & 7));
 }
 
-/// Copies 8 x 8 indices, z by x, from rows along x of the file to runs along z of the store. in_z: steps between rows.
-void turn_tile(const uint8_t* in, std::ptrdiff_t in_z, uint8_t* out) {
-  uint64_t rows[8];
-  for (int z = 0; z < 8; ++z) rows[z] = load64(in + z * in_z);
-  transpose8(rows);
-  for (int x = 0; x < 8; ++x) std::memcpy(out + x * 64, &rows[x], 8);
+/// Turns one layer of constant y, 16 rows along x `in_z` apart, into runs along z of the store.
+void turn_layer(const uint8_t* in, std::ptrdiff_t in_z, int y, uint8_t* out) {
+  // Unrolled, so that rows are registers: twice as fast as through memory.
+  Bytes16 row[16], next[16];
+#pragma GCC unroll 16
+  for (int z = 0; z < 16; ++z) row[z] = load16(in + z * in_z);
+    // Interleaving row i with row i + 8, four times, transposes 16 x 16 bytes.
+#pragma GCC unroll 4
+  for (int step = 0; step < 4; ++step) {
+#pragma GCC unroll 8
+    for (int i = 0; i < 8; ++i) {
+      next[2 * i] = interleave_lower(row[i], row[i + 8]);
+      next[2 * i + 1] = interleave_upper(row[i], row[i + 8]);
+    }
+#pragma GCC unroll 16
+    for (int i = 0; i < 16; ++i) row[i] = next[i];
+  }
+#pragma GCC unroll 16
+  for (int x = 0; x < 16; ++x) {
+    uint64_t half[2];
+    std::memcpy(half, &row[x], sizeof half);
+    std::memcpy(out + place(x, y, 0), &half[0], 8);
+    std::memcpy(out + place(x, y, 8), &half[1], 8);
+  }
 }
-void turn_tile(const uint16_t* in, std::ptrdiff_t in_z, uint16_t* out) {
-  for (int z = 0; z < 8; ++z)
-    for (int x = 0; x < 8; ++x) out[x * 64 + z] = in[z * in_z + x];
+void turn_layer(const uint16_t* in, std::ptrdiff_t in_z, int y, uint16_t* out) {
+  for (int x = 0; x < 16; ++x)
+    for (int z = 0; z < 16; ++z) out[place(x, y, z)] = in[z * in_z + x];
 }
 
 template <class Index>
 void order_any(CubeOrder order, const Index* in, Index* out) {
-  for (int y = 0; y < kCubeSize; ++y)
-    for (int z = 0; z < kCubeSize; z += 8)
-      for (int x = 0; x < kCubeSize; x += 8) {
-        Index* const to = out + place(x, y, z);
-        if (order == CubeOrder::yzx)
-          turn_tile(in + y * 256 + z * 16 + x, 16, to);
-        else
-          turn_tile(in + (15 - z) * 256 + y * 16 + x, -256, to);
-      }
+  for (int y = 0; y < kCubeSize; ++y) {
+    if (order == CubeOrder::yzx)
+      turn_layer(in + y * 256, 16, y, out);
+    else
+      turn_layer(in + 15 * 256 + y * 16, -256, y, out);
+  }
 }
 
 template <class Index>
@@ -136,19 +146,14 @@ void unpack_indices(const uint8_t* words, int bits, bool spanning, uint16_t* out
 }
 
 void unpack_nibbles(const uint8_t* words, uint8_t* out) {
-  constexpr uint64_t kLow = 0x0f0f0f0f0f0f0f0full;
-  for (int i = 0; i < kCubeVoxels; i += 16, words += 8) {
-    const uint64_t word = nbt::big_endian<uint64_t>(words);
-    const uint64_t even = word & kLow, odd = word >> 4 & kLow;
-    // Two bytes with a gap between neighbours each, interleaved.
-    const auto spread = [](uint64_t four) {
-      four = (four | four << 16) & 0x0000ffff0000ffffull;
-      return (four | four << 8) & 0x00ff00ff00ff00ffull;
-    };
-    const uint64_t low = spread(even & 0xffffffff) | spread(odd & 0xffffffff) << 8;
-    const uint64_t high = spread(even >> 32) | spread(odd >> 32) << 8;
-    std::memcpy(out + i, &low, 8);
-    std::memcpy(out + i + 8, &high, 8);
+  for (int i = 0; i < kCubeVoxels; i += 32, words += 16) {
+    const uint64_t pair[2] = {nbt::big_endian<uint64_t>(words), nbt::big_endian<uint64_t>(words + 8)};
+    Bytes16 packed;
+    std::memcpy(&packed, pair, sizeof packed);
+    const Bytes16 even = packed & 15, odd = packed >> 4;
+    const Bytes16 first = interleave_lower(even, odd), second = interleave_upper(even, odd);
+    std::memcpy(out + i, &first, 16);
+    std::memcpy(out + i + 16, &second, 16);
   }
 }
 

@@ -2,7 +2,7 @@
 /// cubes by many threads, then its states are turned into blocks, then the cubes fill the store region by region.
 ///
 /// Indices lie in the order of the store: leaf (x >> 3, y >> 3, z >> 3), x slowest, then x*64 + y*8 + z in the leaf.
-/// So a region is filled without a look at single coordinates; 8 x 8 bytes are transposed at a time on the way in.
+/// So a region is filled without a look at single coordinates; 16 x 16 bytes are transposed at a time on the way in.
 #pragma once
 
 #include <memory>

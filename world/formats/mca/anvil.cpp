@@ -290,8 +290,9 @@ struct ChunkReader::Impl {
     uint32_t most = 0;
     if (bits == 4) {
       unpack_nibbles(section.packed.data(), bytes.data());
-      if (section.palette_count < 16)
-        for (const uint8_t i : bytes) most = std::max<uint32_t>(most, i);
+      uint8_t most_byte = 0;  // of the same width as the indices, so that the compiler takes 16 at a time
+      for (const uint8_t i : bytes) most_byte = std::max(most_byte, i);
+      most = most_byte;
     } else {
       unpack_indices(section.packed.data(), bits, spanning, indices.data());
       for (const uint16_t i : indices) most = std::max<uint32_t>(most, i);

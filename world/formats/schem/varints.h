@@ -5,16 +5,19 @@
 #include <span>
 #include <string>
 
+#include "world/formats/nbt/large_arrays.h"
+
 namespace world {
 
 class VarintReader {
  public:
-  explicit VarintReader(std::span<const uint8_t> bytes) : at_(bytes.data()), end_(at_ + bytes.size()) {}
+  explicit VarintReader(nbt::ArrayStream bytes) : bytes_(std::move(bytes)) {}
   /// UINT32_MAX, and failed(), at the end of the bytes or where a number has more than 32 bits.
   uint32_t next() {
     if (at_ != end_ && *at_ < 128) return *at_++;
     uint64_t value = 0;
-    for (int shift = 0; shift < 35 && at_ != end_; shift += 7) {
+    for (int shift = 0; shift < 35; shift += 7) {
+      if (at_ == end_ && !refill()) return fail();
       const uint8_t byte = *at_++;
       value |= uint64_t{byte & 127u} << shift;
       if (byte < 128) return value <= UINT32_MAX - 1 ? static_cast<uint32_t>(value) : fail();
@@ -24,13 +27,21 @@ class VarintReader {
   bool failed() const { return failed_; }
 
  private:
+  bool refill() {
+    if (failed_) return false;
+    const auto piece = bytes_.next();
+    at_ = piece.data();
+    end_ = at_ + piece.size();
+    return !piece.empty();
+  }
   uint32_t fail() {
     failed_ = true;
     at_ = end_;
     return UINT32_MAX;
   }
-  const uint8_t* at_;
-  const uint8_t* end_;
+  nbt::ArrayStream bytes_;
+  const uint8_t* at_ = nullptr;
+  const uint8_t* end_ = nullptr;
   bool failed_ = false;
 };
 
