@@ -16,7 +16,7 @@
 namespace world {
 namespace {
 
-constexpr int32_t kReach = 1 << 29;  // of positions and sizes
+constexpr int32_t kReach = 1 << 28;  // of positions and sizes
 
 struct Region {
   std::string name;

@@ -238,6 +238,8 @@ Result<World> world_from_vox(const vox::File& file, const std::string& name, con
     const vox::Dictionary* const material = material_of(file, colour);
     const std::string type = type_of(material);
     std::optional<Block> kept = kept_block(material);
+    // The name of another colour is no block of ours.
+    if (kept && kept->name.starts_with("vox:") && kept->name != fmt::format("vox:{}", colour)) kept.reset();
     const auto id = kept ? world.palette->add(std::move(*kept)) : Result<BlockId>(Error{});
     if (id) {
       block_of[static_cast<size_t>(colour)] = *id;

@@ -177,15 +177,40 @@ TEST(HardCaseIO9, ManySectionsOfOneChunkStayWithinMemory) {
   Bytes packed(compressBound(out.bytes.size()));
   uLongf size = packed.size();
   compress2(packed.data(), &size, reinterpret_cast<const Bytef*>(out.bytes.data()), out.bytes.size(), 9);
+  const size_t sectors = (size + 5 + 4095) / 4096;
   Bytes file;
-  for (int i = 0; i < 1024; ++i) file.insert(file.end(), {0, 0, 2, 1});
+  for (size_t i = 0; i < 1024; ++i) {
+    const size_t at = 2 + i * sectors;
+    file.insert(file.end(), {static_cast<uint8_t>(at >> 16), static_cast<uint8_t>(at >> 8), static_cast<uint8_t>(at),
+                             static_cast<uint8_t>(sectors)});
+  }
   file.resize(8192);
-  file.insert(file.end(), {0, 0, static_cast<uint8_t>((size + 1) >> 8), static_cast<uint8_t>(size + 1), 2});
-  file.insert(file.end(), packed.begin(), packed.begin() + static_cast<std::ptrdiff_t>(size));
+  for (int i = 0; i < 1024; ++i) {
+    file.insert(file.end(), {0, 0, static_cast<uint8_t>((size + 1) >> 8), static_cast<uint8_t>(size + 1), 2});
+    file.insert(file.end(), packed.begin(), packed.begin() + static_cast<std::ptrdiff_t>(size));
+    file.resize((file.size() + 4095) / 4096 * 4096);
+  }
   TemporaryFolder folder;
   write(folder / "r.0.0.mca", file);
   const std::string said = bounded_read(folder / "r.0.0.mca");
   EXPECT_NE(said.find("memory"), std::string::npos) << said;
+}
+
+TEST(HardCaseIO9, ChunksAtOnePlaceOfTheFileAreOneChunk) {
+  // 1024 entries of the header that all point to one bomb: it is inflated once.
+  const Bytes bomb = gzip(Bytes(size_t{100} << 20));
+  Bytes file;
+  for (int i = 0; i < 1024; ++i) file.insert(file.end(), {0, 0, 2, 255});
+  file.resize(8192);
+  const size_t size = bomb.size() + 1;
+  for (int shift = 24; shift >= 0; shift -= 8) file.push_back(static_cast<uint8_t>(size >> shift));
+  file.push_back(1);
+  file.insert(file.end(), bomb.begin(), bomb.end());
+  TemporaryFolder folder;
+  write(folder / "r.0.0.mca", file);
+  std::string said;
+  EXPECT_LT(seconds_of([&] { said = bounded_read(folder / "r.0.0.mca"); }), kLimitSeconds);
+  EXPECT_NE(said.find("inflates to more than"), std::string::npos) << said;
 }
 
 TEST(HardCaseIO11, RunsThatClaimMoreThanAMatrixHoldsAreRejected) {

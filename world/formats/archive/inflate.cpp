@@ -70,6 +70,10 @@ Result<std::span<const uint8_t>> Inflater::inflate(std::span<const uint8_t> pack
     const size_t ate = in - z.avail_in, made = out - z.avail_out;
     taken += ate;
     done += made;
+    if (!budget_.inflated(made)) {
+      return input_error(
+          "is part of a file that inflates to more than one of its size ever does; it is damaged or made to harm");
+    }
     if (code == Z_STREAM_END) break;
     if (code != Z_OK && code != Z_BUF_ERROR) {
       return input_error(fmt::format("its compressed data is damaged after {} of {} bytes ({})", taken, packed.size(),

@@ -57,7 +57,9 @@ struct BlockReader::Impl {
     ZSTD_inBuffer in{packed.data(), packed.size(), 0};
     ZSTD_outBuffer out{unpacked.data(), unpacked.size(), 0};
     for (;;) {
+      const size_t before = out.pos;
       const size_t code = ZSTD_decompressStream(zstd, &out, &in);
+      if (!budget.inflated(out.pos - before)) return "the file inflates to more than one of its size ever does";
       if (ZSTD_isError(code)) return fmt::format("its zstd data is damaged ({})", ZSTD_getErrorName(code));
       if (code == 0) break;
       if (out.pos < out.size) return "its zstd data is cut off";

@@ -18,8 +18,8 @@ namespace {
 constexpr size_t kSector = 4096;
 constexpr int kChunksPerSide = 32;
 constexpr uint64_t kMostRegionBytes = uint64_t{1} << 32, kMostExternalBytes = uint64_t{1} << 28;
-/// A chunk may inflate to this and 64 times what it takes packed: ten times what the game itself writes.
-constexpr uint64_t kChunkLimit = 12 << 20, kChunkRatio = 64;
+/// A chunk may inflate to this and 64 times what it takes packed: many times what the game itself writes.
+constexpr uint64_t kChunkLimit = 8 << 20, kChunkRatio = 64;
 constexpr int kNotSpanningFrom = 2529;  // DataVersion of the snapshot 20w17a, on the way to 1.16
 constexpr const char* kNoMemory = "no memory is left for it: the file claims more than one of its size ever holds";
 constexpr uint64_t kCubeBytes = 128;    // of a cube without its indices
@@ -159,6 +159,7 @@ Result<RegionFile> open_region(const std::filesystem::path& path) {
   if (bytes.size() < 2 * kSector) {
     return byte_error(file, bytes.size(), "the file ends inside its header of 8192 bytes; it is damaged or cut off");
   }
+  std::vector<bool> taken(bytes.size() / kSector + 1);  // sectors of earlier chunks
   for (int i = 0; i < kChunksPerSide * kChunksPerSide; ++i) {
     const uint32_t location = nbt::big_endian<uint32_t>(bytes.data() + i * 4);
     if (location == 0) continue;
@@ -168,7 +169,10 @@ Result<RegionFile> open_region(const std::filesystem::path& path) {
     const size_t at = (location >> 8) * kSector;
     if (at < 2 * kSector || at + 5 > bytes.size()) {
       chunk.problem = fmt::format("its place in the header (sector {}) lies outside of the file", location >> 8);
+    } else if (taken[at / kSector]) {
+      chunk.problem = fmt::format("its place in the header (sector {}) is that of another chunk", location >> 8);
     } else {
+      taken[at / kSector] = true;
       const uint32_t length = nbt::big_endian<uint32_t>(bytes.data() + at);
       chunk.compression = bytes[at + 4];
       const bool external = chunk.compression & 128;

@@ -14,8 +14,6 @@ namespace {
 
 constexpr uint64_t kMostFileBytes = uint64_t{1} << 31;
 constexpr size_t kPiece = 64 << 10;
-/// What is inflated only to be walked over takes time, not memory: half a second for each 256 MiB.
-constexpr uint64_t kMostInflated = uint64_t{384} << 20, kMostRatio = 64;
 constexpr size_t kMostInput = size_t{1} << 30;  // zlib counts in 32 bits
 
 /// The bytes of a file as they come out of gzip or zlib, or as they lie there.
@@ -32,7 +30,6 @@ class Inflating {
   Inflating(const Inflating&) = delete;
   Inflating& operator=(const Inflating&) = delete;
 
-  size_t packed_bytes() const { return packed_.size(); }
   /// Bytes that were there, at most out.size(); fewer only at the end, or where the data is damaged.
   size_t read(std::span<uint8_t> out) {
     if (plain_) {
@@ -169,7 +166,7 @@ class Copier {
     const uint64_t size = static_cast<uint64_t>(count) * element_bytes;
     if (size <= kLargeArrayBytes) return bytes(size);
     std::fill(tree_.begin() + static_cast<std::ptrdiff_t>(count_at), tree_.end(), uint8_t{0});
-    if (position_ + size > kMostInflated + kMostRatio * in_.packed_bytes()) {
+    if (size > budget_.inflated_left()) {
       return fail(fmt::format(
           "inflates to more than {} bytes, which a file of this size never needs; it is damaged or made to harm",
           position_));
@@ -181,6 +178,7 @@ class Copier {
       at_ += n;
       position_ += n;
       left -= n;
+      budget_.inflated(n);
     }
   }
 
