@@ -14,6 +14,8 @@ namespace {
 
 constexpr uint64_t kMostFileBytes = uint64_t{1} << 31;
 constexpr size_t kPiece = 64 << 10;
+/// A tree without its large arrays: what chests hold, and names. Walking over it takes 5 ns a byte at worst.
+constexpr uint64_t kMostTree = uint64_t{64} << 20, kMostTreeRatio = 8;
 constexpr size_t kMostInput = size_t{1} << 30;  // zlib counts in 32 bits
 
 /// The bytes of a file as they come out of gzip or zlib, or as they lie there.
@@ -65,7 +67,12 @@ class Copier {
  public:
   Copier(std::span<const uint8_t> packed, MemoryBudget& budget, std::vector<uint8_t>& tree,
          std::vector<ElidedFile::LargeArray>& large)
-      : in_(packed), budget_(budget), tree_(tree), large_(large), buffer_(kPiece) {}
+      : in_(packed),
+        budget_(budget),
+        most_tree_(kMostTree + kMostTreeRatio * packed.size()),
+        tree_(tree),
+        large_(large),
+        buffer_(kPiece) {}
 
   /// What is wrong, or nothing.
   std::string copy_root() {
@@ -206,14 +213,12 @@ class Copier {
   }
 
   void keep(size_t n) {
+    if (tree_.size() + n > most_tree_) return fail(too_much());
     if (tree_.size() + n > tree_.capacity()) {
       // Old and new lie side by side while a vector grows.
       const size_t wanted = std::max<size_t>(kPiece, tree_.capacity() * 2);
       if (!budget_.take(wanted + tree_.capacity())) {
-        return fail(fmt::format(
-            "inflates to more than {} bytes beside its arrays, which a file of this size never needs; it is damaged or "
-            "made to harm",
-            tree_.size()));
+        return fail(too_much());
       }
       const size_t before = tree_.capacity();
       tree_.reserve(wanted);
@@ -225,6 +230,13 @@ class Copier {
     position_ += n;
   }
 
+  std::string too_much() const {
+    return fmt::format(
+        "inflates to more than {} bytes beside its arrays, which a file of this size never needs; it is damaged or "
+        "made "
+        "to harm",
+        tree_.size());
+  }
   bool fill() {
     if (at_ == have_) {
       at_ = 0;
@@ -239,6 +251,7 @@ class Copier {
 
   Inflating in_;
   MemoryBudget& budget_;
+  uint64_t most_tree_;
   std::vector<uint8_t>& tree_;
   std::vector<ElidedFile::LargeArray>& large_;
   std::vector<uint8_t> buffer_;
