@@ -51,7 +51,8 @@ world::Result<int> run_convert(ConvertOptions options) {
                               "\": map them or leave --strict out");
   if (writer->losses) {
     for (const std::string& lost : writer->losses(world)) {
-      if (options.import.strict) return world::input_error(options.output + ": " + lost + "; leave --strict out to write it so");
+      if (options.import.strict)
+        return world::input_error(options.output + ": " + lost + "; leave --strict out to write it so");
       report.warnings.push_back(options.output + ": " + lost);
     }
   }
