@@ -12,6 +12,7 @@
 #include "render/trace/picture.h"
 #include "world/base/jobs.h"
 #include "world/store/contour_walk.h"
+#include "world/store/parallel_rays.h"
 #include "world/store/ray_stream.h"
 
 namespace render {
@@ -52,17 +53,17 @@ struct Spent {
 /// One picture: what all threads read.
 class Picture {
  public:
-  Picture(const world::WorldView& view, const RayStream& occupied, const RayStream& opaque,
-          const world::StoreContours::Followed* contours, const Camera& camera, const RenderKnobs& knobs, int width,
-          int height, Image& image)
+  Picture(const world::WorldView& view, const RayStream& occupied, const world::ParallelRays& sun_rays,
+          const MaskWalker& opaque, const world::StoreContours::Followed* contours, const Camera& camera,
+          const RenderKnobs& knobs, int width, int height, Image& image)
       : view_(view),
         camera_(camera.position),
         rays_(camera, width, height),
         knobs_(knobs),
         occupied_rays_(occupied),
-        opaque_rays_(opaque),
+        sun_rays_(sun_rays),
         occupied_(occupied.walker()),
-        opaque_(opaque.walker()),
+        opaque_(opaque),
         shading_(view.environment(), view.palette()),
         contours_(contours),
         in_bounds_(occupied_.in_bounds(camera.position.voxel)),
@@ -182,7 +183,7 @@ class Picture {
       pixel[sent] = i;
       to_sun[sent++] = world::ray_from_surface(rays[i], hits[i], view_.environment().sun_direction);
     }
-    opaque_rays_.any_set_coherent({to_sun, sent}, {blocked, sent});
+    sun_rays_.any_set({to_sun, sent}, {blocked, sent});
     for (size_t k = 0; k < sent; ++k) sunlit[pixel[k]] = !blocked[k];
     spent.shadow_rays += sent;
   }
@@ -204,7 +205,8 @@ class Picture {
   world::WorldPoint camera_;
   PixelRays rays_;
   const RenderKnobs& knobs_;
-  const RayStream &occupied_rays_, &opaque_rays_;
+  const RayStream& occupied_rays_;
+  const world::ParallelRays& sun_rays_;  // of opaque voxels
   const MaskWalker &occupied_, &opaque_;
   Shading shading_;
   const world::StoreContours::Followed* contours_;  // null: all voxels are cubes
@@ -242,9 +244,12 @@ class RaycastBackend : public Backend {
     Frame frame{Image(width, height), {}};
     const RayStream& occupied = rays_.stream(view.store(), MaskKind::occupied);
     const RayStream& opaque = rays_.stream(view.store(), MaskKind::opaque);
+    const world::ParallelRays& sun_rays =
+        rays_.parallel(view.store(), MaskKind::opaque, view.environment().sun_direction);
     const world::StoreContours::Followed* contours =
         contours_.follow(view.store(), static_cast<world::ContourShape>(knobs.contours), knobs.contour_iso);
-    const Picture picture(view, occupied, opaque, contours, camera, knobs, width, height, frame.image);
+    const Picture picture(view, occupied, sun_rays, opaque.walker(), contours, camera, knobs, width, height,
+                          frame.image);
     const double prepare_ms = ms_since(start);
     Spent total;
     std::mutex adding;

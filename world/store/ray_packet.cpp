@@ -13,12 +13,15 @@
 #include <limits>
 #include <new>
 
+#include "world/store/leaf_slices.h"
 #include "world/store/ray_stream.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "world/store/ray_packet.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
+
+#include "world/store/ray_lanes-inl.h"
 
 #ifndef LOAM_RAY_PACKET_ONCE
 #define LOAM_RAY_PACKET_ONCE
@@ -55,46 +58,11 @@ struct SliceCache {
   SliceCache() { std::fill(axis, axis + kSize, int8_t{-1}); }
 };
 
-struct PacketWorld {
-  const BrickVolume* bricks;
-  const MaskVolume* volume;
-};
-
 /// One slice: rows are u, columns v, from the corner (row, column) on.
 struct Slice {
   uint64_t word[4];  // (rows 0..7, columns 0..7), (rows 8..15, columns 0..7), (0..7, 8..15), (8..15, 8..15)
   int32_t row, column, k;
 };
-
-/// Byte i of word j becomes byte j of word i.
-inline void transpose_bytes(uint64_t w[8]) {
-  const auto swap = [&](int i, int j, int shift, uint64_t mask) {
-    const uint64_t t = (w[i] >> shift ^ w[j]) & mask;
-    w[j] ^= t, w[i] ^= t << shift;
-  };
-  for (int i = 0; i < 4; ++i) swap(i, i + 4, 32, 0x00000000ffffffffull);
-  for (int i : {0, 1, 4, 5}) swap(i, i + 2, 16, 0x0000ffff0000ffffull);
-  for (int i : {0, 2, 4, 6}) swap(i, i + 1, 8, 0x00ff00ff00ff00ffull);
-}
-/// Bit 8 i + j becomes bit 8 j + i.
-inline uint64_t transpose_bits(uint64_t w) {
-  uint64_t t = (w ^ w >> 7) & 0x00aa00aa00aa00aaull;
-  w ^= t ^ t << 7;
-  t = (w ^ w >> 14) & 0x0000cccc0000ccccull;
-  w ^= t ^ t << 14;
-  t = (w ^ w >> 28) & 0x00000000f0f0f0f0ull;
-  return w ^ t ^ t << 28;
-}
-
-/// The eight slices of a leaf across an axis: word k holds bit row * 8 + column; rows and columns are the other axes in
-/// ascending order.
-inline void slices_of_leaf(const LeafMask& leaf, int axis, uint64_t slices[8]) {
-  std::memcpy(slices, leaf.word, 64);
-  if (axis == 0 || leaf.is_none()) return;
-  if (axis == 2)  // rows x, columns y
-    for (int x = 0; x < 8; ++x) slices[x] = transpose_bits(slices[x]);
-  transpose_bytes(slices);
-}
 
 /// Bounds of a packet: u(k) - 1/2 lies in [low_y + k low_slope, high_y + k high_slope] for k >= 0.
 struct PacketBounds {
@@ -107,23 +75,6 @@ struct PacketBounds {
 HWY_BEFORE_NAMESPACE();
 namespace world {
 namespace HWY_NAMESPACE {
-namespace hn = hwy::HWY_NAMESPACE;
-
-using Floats = hn::CappedTag<float, 16>;
-using Ints = hn::RebindToSigned<Floats>;
-using F = hn::Vec<Floats>;
-using I = hn::Vec<Ints>;
-
-HWY_INLINE uint64_t bits_of(Ints d, hn::Mask<Ints> mask) {
-  uint8_t bytes[8] = {};
-  hn::StoreMaskBits(d, mask, bytes);
-  uint64_t bits;
-  std::memcpy(&bits, bytes, 8);
-  return bits;
-}
-
-alignas(64) constexpr int32_t kLaneBits[16] = {1,      1 << 1, 1 << 2,  1 << 3,  1 << 4,  1 << 5,  1 << 6,  1 << 7,
-                                               1 << 8, 1 << 9, 1 << 10, 1 << 11, 1 << 12, 1 << 13, 1 << 14, 1 << 15};
 
 /// Of the live rays among [begin, end), at least one; both are multiples of 16.
 HWY_INLINE void bound_packet(const Packet& p, size_t begin, size_t end, PacketBounds& bounds) {
@@ -270,7 +221,9 @@ HWY_INLINE void prepare_packet(Packet& p, size_t count) {
     const F yu = offset(p.start_u, p.fraction[1], su), yv = offset(p.start_v, p.fraction[2], sv);
     const F reach = hn::Max(hn::Max(hn::Abs(yu), hn::Abs(yv)), along);
     auto fine = hn::And(hn::Gt(d, zero), hn::And(hn::Le(hn::Abs(su), one), hn::Le(hn::Abs(sv), one)));
-    fine = hn::And(fine, hn::And(hn::Lt(reach, hn::Set(df, 4096.0f)), hn::Ge(along, zero)));
+    // Each by itself: the larger of a number and NaN may be the number.
+    const auto within = [&](F x) HWY_ATTR { return hn::Lt(hn::Abs(x), hn::Set(df, 4096.0f)); };
+    fine = hn::And(fine, hn::And(hn::And(within(yu), within(yv)), hn::And(within(along), hn::Ge(along, zero))));
     range = hn::Max(range, hn::IfThenElseZero(fine, reach));
     hn::Store(hn::IfThenElseZero(fine, su), df, p.slope_u + at);
     hn::Store(hn::IfThenElseZero(fine, sv), df, p.slope_v + at);
@@ -278,7 +231,7 @@ HWY_INLINE void prepare_packet(Packet& p, size_t count) {
     hn::Store(hn::IfThenElseZero(fine, yv), df, p.y_v + at);
     hn::Store(hn::Set(di, -2), di, p.hit_axis + at);
     hn::Store(hn::Set(di, INT32_MIN), di, p.hit_k + at);
-    p.alive |= bits_of(di, hn::RebindMask(di, fine)) << at;
+    p.alive |= uint64_t{bits_of(di, hn::RebindMask(di, fine))} << at;
   }
   const uint64_t given = count == 64 ? ~0ull : (1ull << count) - 1;
   p.odd = p.unsure = ~p.alive & given;
@@ -287,14 +240,12 @@ HWY_INLINE void prepare_packet(Packet& p, size_t count) {
 }
 
 /// The live rays among [begin, end) from plane `k` to their ends. Returns the plane at which they are too wide, or -1.
-int32_t march(const PacketWorld& world, Packet& p, size_t begin, size_t end, int32_t k, SliceCache& cache) {
+int32_t march(const BrickVolume& bricks, Packet& p, size_t begin, size_t end, int32_t k, SliceCache& cache) {
   const uint64_t mine = (end - begin == 64 ? ~0ull : (1ull << (end - begin)) - 1) << begin;
   PacketBounds bounds;
   bound_packet(p, begin, end, bounds);
-  const BrickVolume& bricks = *world.bricks;
   const int m = p.main, u = p.u, v = p.v;
   const int32_t flip = p.flip, corner_k = p.corner[0];
-  const LeafPos low = leaf_from_voxel(bricks.low());
   const int32_t* leaves = bricks.leaves_along();
   const size_t strides[3] = {size_t(leaves[1]) * size_t(leaves[2]), 1, size_t(leaves[1])};
   const size_t stride_m = strides[m], stride_u = strides[u], stride_v = strides[v];
@@ -389,16 +340,16 @@ int32_t march(const PacketWorld& world, Packet& p, size_t begin, size_t end, int
           leaf[m] = layer, leaf[u] = leaf_u + (i & 1), leaf[v] = leaf_v + (i >> 1);
           const bool held = static_cast<uint32_t>(leaf[u]) < static_cast<uint32_t>(leaves[u]) &&
                             static_cast<uint32_t>(leaf[v]) < static_cast<uint32_t>(leaves[v]);
-          if (!held ||
-              !(bricks.codes()[stride_m * size_t(layer) + stride_u * size_t(leaf[u]) + stride_v * size_t(leaf[v])] &
-                BrickVolume::kMixed)) {
+          const uint32_t code =
+              held ? codes[stride_m * size_t(layer) + stride_u * size_t(leaf[u]) + stride_v * size_t(leaf[v])] : 0;
+          if (!(code & BrickVolume::kMixed)) {
             slices[i] = kNothing;
             continue;
           }
           const size_t place = size_t(leaf.x & 3) << 5 | size_t(leaf.y & 7) << 2 | size_t(leaf.z & 3);
           if (cache.axis[place] != m || cache.leaf[place] != leaf) {
             cache.axis[place] = static_cast<int8_t>(m), cache.leaf[place] = leaf;
-            slices_of_leaf(world.volume->leaf(leaf + low), m, cache.slices[place]);
+            slices_of_leaf(bricks.words() + (code & BrickVolume::kFirstWord), m, cache.slices[place]);
           }
           slices[i] = cache.slices[place];
         }
@@ -426,16 +377,16 @@ int32_t march(const PacketWorld& world, Packet& p, size_t begin, size_t end, int
 
 /// The packet from its start; where it is too wide for a slice, each 16 rays of it by themselves. What is still alive
 /// after that must go on from its plane some other way.
-void walk_packet(const PacketWorld& world, Packet& p, size_t count, SliceCache& cache) {
+void walk_packet(const BrickVolume& bricks, Packet& p, size_t count, SliceCache& cache) {
   prepare_packet(p, count);
   for (int32_t& k : p.k) k = 0;
   const int32_t cell = p.corner[0] ^ p.flip;
-  if (static_cast<uint32_t>(cell) >= static_cast<uint32_t>(world.bricks->leaves_along()[p.main] * kLeafSize)) return;
-  const int32_t wide = p.alive ? march(world, p, 0, kPacket, 0, cache) : -1;
+  if (static_cast<uint32_t>(cell) >= static_cast<uint32_t>(bricks.leaves_along()[p.main] * kLeafSize)) return;
+  const int32_t wide = p.alive ? march(bricks, p, 0, kPacket, 0, cache) : -1;
   if (wide < 0) return;
   for (size_t quarter = 0; quarter < 4; ++quarter)
     if (p.alive >> (16 * quarter) & 0xffff)
-      p.k[quarter] = march(world, p, 16 * quarter, 16 * quarter + 16, wide, cache);
+      p.k[quarter] = march(bricks, p, 16 * quarter, 16 * quarter + 16, wide, cache);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -485,7 +436,7 @@ bool move_to_plane(const GridRay& ray, int axis, int32_t plane, GridRay& moved) 
 template <class Ray>
 void RayStream::walk_rest(RestOfRays& rest, std::span<const Ray> rays, std::span<GridHit> hits,
                           StreamReport& report) const {
-  const size_t again = walk_lanes(std::span<const GridRay>(rest.moved, rest.count), rest.hits, {}, rest.unsure, report);
+  const size_t again = walk_lanes(std::span<const GridRay>(rest.moved, rest.count), rest.hits, rest.unsure, report);
   for (size_t i = 0; i < again; ++i) rest.hits[rest.unsure[i]].end = WalkEnd::rejected;
   for (size_t i = 0; i < rest.count; ++i) {
     const GridRay ray = rays[rest.index[i]];
@@ -595,7 +546,7 @@ uint64_t RayStream::first_set_packet(Packet& p, SliceCache& cache, std::span<con
     p.corner[0] = std::min(p.corner[0], p.start_k[i]);
   }
   for (size_t i = 0; i < kPacket; ++i) p.start_k[i] -= p.corner[0];
-  HWY_DYNAMIC_DISPATCH(walk_packet)({&bricks_, volume_}, p, count, cache);
+  HWY_DYNAMIC_DISPATCH(walk_packet)(bricks_, p, count, cache);
 
   // Exact t of what was hit.
   const int axes[4] = {0, m, u, v};

@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <limits>
 
+#include "world/store/parallel_rays.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "world/store/ray_stream.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
+
+#include "world/store/ray_lanes-inl.h"
 
 #ifndef LOAM_RAY_STREAM_ONCE
 #define LOAM_RAY_STREAM_ONCE
@@ -43,20 +47,6 @@ struct alignas(64) StreamRays {
 HWY_BEFORE_NAMESPACE();
 namespace world {
 namespace HWY_NAMESPACE {
-namespace hn = hwy::HWY_NAMESPACE;
-
-using Floats = hn::CappedTag<float, 16>;
-using Ints = hn::RebindToSigned<Floats>;
-using F = hn::Vec<Floats>;
-using I = hn::Vec<Ints>;
-
-constexpr size_t kMostLanes = 16;
-
-HWY_INLINE uint32_t bits_of(Ints d, hn::Mask<Ints> mask) {
-  uint8_t bytes[8] = {};
-  hn::StoreMaskBits(d, mask, bytes);
-  return static_cast<uint32_t>(bytes[0]) | static_cast<uint32_t>(bytes[1]) << 8;
-}
 
 /// Where a crossing at t leads along one axis: the cell, and how far from the middle of it.
 HWY_INLINE I cell_at(F t, F origin, F along, I base, F& off_middle) {
@@ -75,8 +65,8 @@ HWY_INLINE F sure_distance(F t, F inverse) {
 }
 
 /// Mirrors, scales and inverts rays [0, count); sorts out those that must be walked in double and those that meet
-/// nothing. Where start_axis >= 0, moves them to where they cross that plane (counted from the corner of the bounds).
-HWY_INLINE void prepare(const BrickView& bricks, StreamRays& rays, size_t count, int start_axis, int32_t start_plane) {
+/// nothing.
+HWY_INLINE void prepare(const BrickView& bricks, StreamRays& rays, size_t count) {
   rays.walks = rays.unsure = 0;
   const Floats df;
   const Ints di;
@@ -121,34 +111,7 @@ HWY_INLINE void prepare(const BrickView& bricks, StreamRays& rays, size_t count,
     // A little more than t_max: what is met beyond it is taken back in double.
     const F t_limit = hn::MulAdd(hn::Mul(t_max, largest), hn::Set(df, 1 + 0x1p-18f), hn::Set(df, 0x1p-18f));
     hn::Store(hn::Min(t_limit, hn::Set(df, 0x1p100f)), df, rays.t_limit + at);
-    I axis = hn::Set(di, -1);
-    if (start_axis >= 0) {
-      const int a = start_axis, b = a == 0 ? 1 : 0, c = a == 2 ? 1 : 2;
-      const I flip = hn::Load(di, rays.flip[a] + at), base = hn::Load(di, rays.base[a] + at);
-      // The last cell before the plane.
-      const I before = hn::Xor(hn::Sub(hn::Set(di, start_plane), hn::Add(hn::Set(di, 1), flip)), flip);
-      const F inverse = hn::Load(df, rays.inverse[a] + at);
-      const F t = hn::MulAdd(hn::ConvertTo(df, hn::Sub(before, base)), inverse, hn::Load(df, rays.beyond[a] + at));
-      const auto ahead = hn::AndNot(hn::Lt(before, base), hn::RebindMask(di, hn::Gt(inverse, zero)));
-      F off[2];
-      const int other[2] = {b, c};
-      for (int k = 0; k < 2; ++k) {
-        const int o = other[k];
-        const I moved = cell_at(t, hn::Load(df, rays.origin[o] + at), hn::Load(df, rays.along[o] + at),
-                                hn::Load(di, rays.base[o] + at), off[k]);
-        const I cell = hn::IfThenElse(ahead, moved, hn::Load(di, rays.cell[o] + at));
-        none = hn::Or(none, hn::RebindMask(df, hn::Gt(cell, hn::Load(di, rays.last[o] + at))));
-        hn::Store(cell, di, rays.cell[o] + at);
-      }
-      const I cell = hn::IfThenElse(ahead, hn::Add(before, hn::Set(di, 1)), base);
-      none = hn::Or(none, hn::RebindMask(df, hn::Gt(cell, hn::Load(di, rays.last[a] + at))));
-      none = hn::Or(none, hn::And(hn::RebindMask(df, ahead), hn::Ge(t, hn::Load(df, rays.t_limit + at))));
-      hn::Store(cell, di, rays.cell[a] + at);
-      axis = hn::IfThenElse(ahead, hn::Set(di, a), axis);
-      const auto sure = hn::Lt(hn::Max(off[0], off[1]), sure_distance(t, inverse));
-      fine = hn::And(fine, hn::Or(sure, hn::Not(hn::RebindMask(df, ahead))));
-    }
-    hn::Store(axis, di, rays.axis + at);
+    hn::Store(hn::Set(di, -1), di, rays.axis + at);
     // Codes cover the bounds and no more.
     for (int a = 0; a < 3; ++a) {
       const I cell = hn::Xor(hn::Load(di, rays.cell[a] + at), hn::Load(di, rays.flip[a] + at));
@@ -180,18 +143,6 @@ struct Ended {
 };
 
 constexpr uint32_t kNoRay = 0xffffffffu;
-
-HWY_INLINE I gather(const int32_t* from, const int32_t* at) {
-  const Ints di;
-#if HWY_TARGET == HWY_AVX2
-  // Faster than the instruction on several processors, and never much slower.
-  const __m128i low = _mm_set_epi32(from[at[3]], from[at[2]], from[at[1]], from[at[0]]);
-  const __m128i high = _mm_set_epi32(from[at[7]], from[at[6]], from[at[5]], from[at[4]]);
-  return I{_mm256_set_m128i(high, low)};
-#else
-  return hn::GatherIndex(di, from, hn::Load(di, at));
-#endif
-}
 
 /// The codes of all lanes, and where their words lie: asked for now, needed when the other groups have had their turn.
 HWY_INLINE void look_up(const BrickView& bricks, Lanes& lanes) {
@@ -282,8 +233,7 @@ HWY_INLINE Ended step(const BrickView& bricks, Lanes& lanes, int from) {
 
 /// Walks all rays to their ends, and says which must be walked in double: unsure[0..returned).
 template <class Ray>
-size_t walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t count, int start_axis, int32_t start_plane,
-            uint32_t* unsure, uint64_t& steps) {
+size_t walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t count, uint32_t* unsure, uint64_t& steps) {
   constexpr int kGroups = 4;
   const size_t width = hn::Lanes(Ints());
   Lanes group[kGroups];
@@ -306,7 +256,7 @@ size_t walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t coun
         ready.t_max[i] = static_cast<float>(ray.t_max);
       }
       const size_t given = chunk_end - chunk;
-      prepare(bricks, ready, given, start_axis, start_plane);
+      prepare(bricks, ready, given);
       uint64_t none = ~(ready.walks | ready.unsure) & (given == 64 ? ~0ull : (1ull << given) - 1);
       for (; none; none &= none - 1) miss(chunk + static_cast<size_t>(std::countr_zero(none)));
       for (uint64_t left = ready.unsure; left; left &= left - 1)
@@ -402,13 +352,13 @@ size_t walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t coun
   return unsure_count;
 }
 
-size_t walk_grid_rays(const BrickView& bricks, const GridRay* rays, GridHit* hits, size_t count, int start_axis,
-                      int32_t start_plane, uint32_t* unsure, uint64_t& steps) {
-  return walk(bricks, rays, hits, count, start_axis, start_plane, unsure, steps);
+size_t walk_grid_rays(const BrickView& bricks, const GridRay* rays, GridHit* hits, size_t count, uint32_t* unsure,
+                      uint64_t& steps) {
+  return walk(bricks, rays, hits, count, unsure, steps);
 }
-size_t walk_stream_rays(const BrickView& bricks, const StreamRay* rays, GridHit* hits, size_t count, int start_axis,
-                        int32_t start_plane, uint32_t* unsure, uint64_t& steps) {
-  return walk(bricks, rays, hits, count, start_axis, start_plane, unsure, steps);
+size_t walk_stream_rays(const BrickView& bricks, const StreamRay* rays, GridHit* hits, size_t count, uint32_t* unsure,
+                        uint64_t& steps) {
+  return walk(bricks, rays, hits, count, unsure, steps);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -431,8 +381,7 @@ void RayStream::update(std::span<const LeafPos> dirty) {
 }
 
 template <class Ray>
-size_t RayStream::walk_lanes(std::span<const Ray> rays, GridHit* hits, StreamStart start, uint32_t* unsure,
-                             StreamReport& report) const {
+size_t RayStream::walk_lanes(std::span<const Ray> rays, GridHit* hits, uint32_t* unsure, StreamReport& report) const {
   const VoxelPos low = bricks_.low();
   BrickView view{reinterpret_cast<const int32_t*>(bricks_.codes()),
                  reinterpret_cast<const int32_t*>(bricks_.words()),
@@ -447,20 +396,16 @@ size_t RayStream::walk_lanes(std::span<const Ray> rays, GridHit* hits, StreamSta
     view.last[a] = bricks_.content().max[a] - low[a];
     view.size[a] = bricks_.leaves_along()[a] * kLeafSize;
   }
-  const int32_t plane = start.axis < 0 ? 0 : start.plane - low[start.axis];
   if constexpr (std::is_same_v<Ray, GridRay>)
-    return HWY_DYNAMIC_DISPATCH(walk_grid_rays)(view, rays.data(), hits, rays.size(), start.axis, plane, unsure,
-                                                report.steps);
+    return HWY_DYNAMIC_DISPATCH(walk_grid_rays)(view, rays.data(), hits, rays.size(), unsure, report.steps);
   else
-    return HWY_DYNAMIC_DISPATCH(walk_stream_rays)(view, rays.data(), hits, rays.size(), start.axis, plane, unsure,
-                                                  report.steps);
+    return HWY_DYNAMIC_DISPATCH(walk_stream_rays)(view, rays.data(), hits, rays.size(), unsure, report.steps);
 }
 
-template size_t RayStream::walk_lanes(std::span<const GridRay>, GridHit*, StreamStart, uint32_t*, StreamReport&) const;
+template size_t RayStream::walk_lanes(std::span<const GridRay>, GridHit*, uint32_t*, StreamReport&) const;
 
 template <class Ray>
-void RayStream::walk_all(std::span<const Ray> rays, std::span<GridHit> hits, StreamStart start,
-                         StreamReport* report) const {
+void RayStream::walk_all(std::span<const Ray> rays, std::span<GridHit> hits, StreamReport* report) const {
   StreamReport done;
   done.rays = rays.size();
   if (!bricks_.walkable()) {
@@ -470,7 +415,7 @@ void RayStream::walk_all(std::span<const Ray> rays, std::span<GridHit> hits, Str
     uint32_t unsure[kSlice];
     for (size_t begin = 0; begin < rays.size(); begin += kSlice) {
       const size_t count = std::min(kSlice, rays.size() - begin);
-      const size_t again = walk_lanes(rays.subspan(begin, count), hits.data() + begin, start, unsure, done);
+      const size_t again = walk_lanes(rays.subspan(begin, count), hits.data() + begin, unsure, done);
       for (size_t i = 0; i < again; ++i) hits[begin + unsure[i]] = walker_.first_set(rays[begin + unsure[i]]);
       done.exact += again;
     }
@@ -478,13 +423,12 @@ void RayStream::walk_all(std::span<const Ray> rays, std::span<GridHit> hits, Str
   if (report) report->add(done);
 }
 
-void RayStream::first_set(std::span<const GridRay> rays, std::span<GridHit> hits, StreamStart start,
-                          StreamReport* report) const {
-  walk_all(rays, hits, start, report);
+void RayStream::first_set(std::span<const GridRay> rays, std::span<GridHit> hits, StreamReport* report) const {
+  walk_all(rays, hits, report);
 }
 
 void RayStream::first_set(std::span<const StreamRay> rays, std::span<GridHit> hits, StreamReport* report) const {
-  walk_all(rays, hits, {}, report);
+  walk_all(rays, hits, report);
 }
 
 namespace {
@@ -503,7 +447,7 @@ void set_flags(std::span<const Ray> rays, std::span<uint8_t> blocked, Cast cast)
 }  // namespace
 
 void RayStream::any_set(std::span<const GridRay> rays, std::span<uint8_t> blocked, StreamReport* report) const {
-  set_flags(rays, blocked, [&](auto some, auto hits) { first_set(some, hits, {}, report); });
+  set_flags(rays, blocked, [&](auto some, auto hits) { first_set(some, hits, report); });
 }
 
 void RayStream::any_set_coherent(std::span<const GridRay> rays, std::span<uint8_t> blocked,
@@ -516,25 +460,42 @@ void RayStream::any_set_coherent(std::span<const StreamRay> rays, std::span<uint
   set_flags(rays, blocked, [&](auto some, auto hits) { first_set_coherent(some, hits, report); });
 }
 
+StoreRays::StoreRays() = default;
+StoreRays::~StoreRays() = default;
+
 const RayStream& StoreRays::stream(const Store& store, MaskKind kind) {
   if (store_ != store.identity()) {
+    for (auto& parallel : parallel_) parallel.reset();
     for (auto& stream : streams_) stream.reset();
     store_ = store.identity();
     subscriber_ = store.subscribe();
   }
   const std::vector<LeafPos> dirty = store.take_dirty(subscriber_);
-  if (!dirty.empty())
+  if (!dirty.empty()) {
     for (auto& stream : streams_)
       if (stream) stream->update(dirty);
+    for (auto& parallel : parallel_)
+      if (parallel) parallel->update(dirty);
+  }
   auto& stream = streams_[static_cast<size_t>(kind)];
   if (!stream) stream = std::make_unique<RayStream>(store.masks(kind));
   return *stream;
+}
+
+const ParallelRays& StoreRays::parallel(const Store& store, MaskKind kind, const Vec3d& direction) {
+  const RayStream& stream_of_kind = stream(store, kind);
+  auto& parallel = parallel_[static_cast<size_t>(kind)];
+  if (!parallel || parallel->direction() != direction)
+    parallel = std::make_unique<ParallelRays>(stream_of_kind, direction);
+  return *parallel;
 }
 
 size_t StoreRays::bytes() const {
   size_t total = 0;
   for (const auto& stream : streams_)
     if (stream) total += stream->bricks().bytes();
+  for (const auto& parallel : parallel_)
+    if (parallel) total += parallel->bytes();
   return total;
 }
 

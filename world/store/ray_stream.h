@@ -24,12 +24,6 @@
 
 namespace world {
 
-/// All rays of a call start where they cross this plane of the axis, if it lies ahead of them; axis -1: at their start.
-struct StreamStart {
-  int axis = -1;
-  int32_t plane = 0;
-};
-
 /// A ray in floats, half as many bytes as a GridRay; exact in itself, since its numbers are what the hit follows from.
 struct StreamRay {
   VoxelPos voxel;
@@ -57,8 +51,7 @@ class RayStream {
 
   /// hits[i]: the first set voxel on rays[i], its start's own included; as MaskWalker::first_set, but for `end` of
   /// rays that hit nothing, which is t_max, and their t.
-  void first_set(std::span<const GridRay> rays, std::span<GridHit> hits, StreamStart start = {},
-                 StreamReport* report = nullptr) const;
+  void first_set(std::span<const GridRay> rays, std::span<GridHit> hits, StreamReport* report = nullptr) const;
   void first_set(std::span<const StreamRay> rays, std::span<GridHit> hits, StreamReport* report = nullptr) const;
   /// The same hits, for rays of which each 64 in a row run much the same way: pixels of a tile of 8x8, or parallel rays
   /// from near each other. Several times faster where they do, a little slower where they don't.
@@ -80,10 +73,9 @@ class RayStream {
   // Ray: GridRay or StreamRay.
   /// Without walking anew what is unsure: its indices, unsure[0..returned).
   template <class Ray>
-  size_t walk_lanes(std::span<const Ray> rays, GridHit* hits, StreamStart start, uint32_t* unsure,
-                    StreamReport& report) const;
+  size_t walk_lanes(std::span<const Ray> rays, GridHit* hits, uint32_t* unsure, StreamReport& report) const;
   template <class Ray>
-  void walk_all(std::span<const Ray> rays, std::span<GridHit> hits, StreamStart start, StreamReport* report) const;
+  void walk_all(std::span<const Ray> rays, std::span<GridHit> hits, StreamReport* report) const;
   template <class Ray>
   void walk_packets(std::span<const Ray> rays, std::span<GridHit> hits, StreamReport* report) const;
   template <class Ray>
@@ -101,17 +93,24 @@ class RayStream {
   MaskWalker walker_;
 };
 
+class ParallelRays;
+
 /// The streams of one store's masks, which follow its edits. Belongs to one thread; what stream() gave may be cast from
 /// by all until the next call.
 class StoreRays {
  public:
+  StoreRays();
+  ~StoreRays();
   const RayStream& stream(const Store& store, MaskKind kind);
+  /// For rays of one direction; those of the last one asked for are kept.
+  const ParallelRays& parallel(const Store& store, MaskKind kind, const Vec3d& direction);
   size_t bytes() const;
 
  private:
   uint64_t store_ = 0;  // identity of the store followed
   int subscriber_ = 0;
   std::unique_ptr<RayStream> streams_[kMaskKinds];
+  std::unique_ptr<ParallelRays> parallel_[kMaskKinds];
 };
 
 }  // namespace world

@@ -72,7 +72,7 @@ void expect_exact(const MaskVolume& volume, const std::vector<GridRay>& rays, do
   const MaskWalker walker(volume);
   std::vector<GridHit> hits(rays.size()), packed(rays.size());
   StreamReport report;
-  stream.first_set(rays, hits, {}, &report);
+  stream.first_set(rays, hits, &report);
   stream.first_set_coherent(rays, packed);
   size_t met = 0;
   for (size_t i = 0; i < rays.size(); ++i) {
@@ -210,6 +210,31 @@ TEST(RayStream, AnEmptyVolumeAndBadRaysHitNothing) {
   for (size_t i = 0; i < rays.size(); ++i) {
     EXPECT_TRUE(same_hit(hits[i], walker.first_set(rays[i]))) << i;
     EXPECT_TRUE(same_hit(packed[i], walker.first_set(rays[i]))) << i;
+  }
+}
+
+// One ray that is no ray takes nothing from those beside it.
+TEST(RayStream, ABadRayInAPacketLeavesTheOthersRight) {
+  const MaskVolume volume = random_volume(17, {0, 0, 0}, 0.02);
+  const RayStream stream(volume);
+  const MaskWalker walker(volume);
+  for (int kind = 0; kind < 12; ++kind) {
+    std::vector<GridRay> rays(64);
+    for (size_t i = 0; i < rays.size(); ++i)
+      rays[i] = {WorldPoint::from(60 + 0.9 * double(i % 8), 64 + 0.9 * double(i / 8), 4), Vec3d(0.02, 0.01, 1)};
+    GridRay& bad = rays[static_cast<size_t>(kind * 5)];
+    if (kind < 3)
+      bad.fraction[kind] = std::nan("");
+    else if (kind < 6)
+      bad.direction[kind - 3] = std::nan("");
+    else if (kind < 9)
+      bad.voxel[kind - 6] += 1 << 29;
+    else
+      bad.fraction[kind - 9] = -1e30;
+    std::vector<GridHit> hits(rays.size());
+    stream.first_set_coherent(rays, hits);
+    for (size_t i = 0; i < rays.size(); ++i)
+      ASSERT_TRUE(same_hit(hits[i], walker.first_set(rays[i]))) << kind << " " << i;
   }
 }
 

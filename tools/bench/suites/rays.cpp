@@ -13,6 +13,7 @@
 #include "tools/bench/rivals/openvdb_rays.h"
 #include "tools/bench/world_copy.h"
 #include "world/scenes/scene.h"
+#include "world/store/parallel_rays.h"
 #include "world/store/ray_stream.h"
 
 namespace tools {
@@ -45,8 +46,9 @@ class Caster {
     else
       stream_.first_set(rays, hits);
   }
-  void any_hits(std::span<const StreamRay> rays, std::span<uint8_t> blocked) const {
-    stream_.any_set_coherent(rays, blocked);
+  /// Shadow rays of one sun.
+  std::shared_ptr<const world::ParallelRays> sun(const world::Vec3d& direction) const {
+    return std::make_shared<world::ParallelRays>(stream_, direction);
   }
   size_t bytes() const { return stream_.bricks().bytes(); }
 
@@ -74,7 +76,9 @@ Result<std::shared_ptr<Input>> make_input(BenchContext& context) {
 
 // ---- casting alone ----
 
-enum class Rays { primary, diffuse, shadow };
+/// shadow_again: the sun has not moved since the last pass.
+enum class Rays { primary, diffuse, shadow, shadow_again };
+bool is_shadow(Rays kind) { return kind == Rays::shadow || kind == Rays::shadow_again; }
 
 /// The slow rivals cast every so many blocks of the rays.
 constexpr size_t kSlowShare = 8;
@@ -89,6 +93,7 @@ struct CastInput {
   std::vector<BenchRay> slow, compared;
   std::shared_ptr<const EmbreeRays::Loaded> loaded;
   std::shared_ptr<Caster> ours;
+  std::shared_ptr<const world::ParallelRays> kept_sun;  // of shadow_again
   std::shared_ptr<EmbreeRays> embree;
   std::shared_ptr<NanoVdbRays> nanovdb;
   std::shared_ptr<OpenVdbRays> openvdb;
@@ -111,6 +116,7 @@ Result<std::shared_ptr<CastInput>> make_cast_input(BenchContext& context, Rays k
   cast->compared = sample_blocks(rays, kComparedShare);
   cast->loaded = EmbreeRays::load(rays);
   cast->ours = context.shared<Caster>("rays/ours", [&] { return std::make_shared<Caster>(input.world->store); });
+  if (kind == Rays::shadow_again) cast->kept_sun = cast->ours->sun(world::Vec3d(cast->rays[0].direction));
   cast->embree = context.shared<EmbreeRays>("rays/embree", [&] {
     return std::make_shared<EmbreeRays>(embree_faces(*input.world), EmbreeShape::triangles, EmbreeQuality::medium);
   });
@@ -122,11 +128,13 @@ Result<std::shared_ptr<CastInput>> make_cast_input(BenchContext& context, Rays k
 }
 
 double cast_ours(const CastInput& cast) {
+  // What rays of one direction share is made within the time, unless the row says that it is kept.
+  const auto sun = cast.kind == Rays::shadow ? cast.ours->sun(world::Vec3d(cast.rays[0].direction)) : cast.kept_sun;
   return cast_in_parallel(cast.rays.size(), [&](size_t begin, size_t end) {
     const std::span rays(&cast.rays[begin], end - begin);
-    if (cast.kind == Rays::shadow) {
+    if (sun) {
       thread_local std::vector<uint8_t> blocked(kRaysAtOnce);
-      cast.ours->any_hits(rays, {blocked.data(), rays.size()});
+      sun->any_set(rays, {blocked.data(), rays.size()});
       keep(blocked[0]);
     } else {
       thread_local std::vector<GridHit> hits(kRaysAtOnce);
@@ -156,9 +164,9 @@ Status check_ours(const CastInput& cast) {
   for (const BenchRay& ray : cast.compared) rays.push_back(ray.stream());
   std::vector<GridHit> hits(rays.size());
   std::vector<uint8_t> blocked(rays.size());
-  const bool any = cast.kind == Rays::shadow;
+  const bool any = is_shadow(cast.kind);
   if (any)
-    cast.ours->any_hits(rays, blocked);
+    cast.ours->sun(world::Vec3d(rays[0].direction))->any_set(rays, blocked);
   else
     cast.ours->first_hits(rays, hits, cast.kind == Rays::primary);
   size_t different = 0;
@@ -188,7 +196,7 @@ std::map<std::string, double> count_agreement(const CastInput& cast) {
 
 Result<Prepared> prepare_cast(BenchContext& context, Rays kind) {
   TRY(const std::shared_ptr<CastInput> cast, make_cast_input(context, kind));
-  const bool any = kind == Rays::shadow;
+  const bool any = is_shadow(kind);
   Prepared prepared{.ours = {"loam", [=] { return cast_ours(*cast); }}};
   const auto embree = [&](const char* name, EmbreeWidth width, EmbreeHint hint) {
     prepared.rivals.push_back({name, [=] {
@@ -384,7 +392,9 @@ void add_suite_rays(Registry& registry) {
            {61, "the aim; Laine, Karras 2010 on a GTX 285: the chapter's scene of 14.7.2"}, {45, estimate});
   add_cast("diffuse", "one cosine-distributed ray from each primary hit", Rays::diffuse, 3, table,
            {42, "the aim, twice that of a core"}, {21, estimate});
-  add_cast("shadow", "one ray to the sun from each face turned to it, whether anything is hit", Rays::shadow, 3, table,
+  add_cast("shadow", "one ray to the sun from each face turned to it, whether anything is hit; the sun moves each time",
+           Rays::shadow, 3, table, {90, "twice the limit of primary rays on a core"}, {45, "as primary rays"});
+  add_cast("shadow_again", "the same rays where the sun stays", Rays::shadow_again, 3, table,
            {90, "twice the limit of primary rays on a core"}, {45, "as primary rays"});
   registry.add({.name = "edit_to_ray",
                 .what = "one voxel of the surface dug or filled, until the first ray sees it; no rebuild",

@@ -1,0 +1,130 @@
+// Per SIMD target: what the ray casters' kernels share. Included once for each target, between HWY_BEFORE_NAMESPACE and
+// HWY_AFTER_NAMESPACE users; see <hwy/foreach_target.h>.
+#if defined(LOAM_RAY_LANES_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef LOAM_RAY_LANES_INL
+#undef LOAM_RAY_LANES_INL
+#else
+#define LOAM_RAY_LANES_INL
+#endif
+
+#include <cstring>
+
+#include <hwy/highway.h>
+
+#ifndef LOAM_RAY_LANES_ONCE
+#define LOAM_RAY_LANES_ONCE
+namespace world {
+/// For each set of 8 lanes: the lanes in it, in ascending order, a byte each.
+struct LaneOrders {
+  uint64_t of[256] = {};
+  constexpr LaneOrders() {
+    for (int set = 0; set < 256; ++set)
+      for (int lane = 0, at = 0; lane < 8; ++lane)
+        if (set >> lane & 1) of[set] |= static_cast<uint64_t>(lane) << (8 * at++);
+  }
+};
+inline constexpr LaneOrders kOrders;
+}  // namespace world
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace world {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Floats = hn::CappedTag<float, 16>;
+using Ints = hn::RebindToSigned<Floats>;
+using F = hn::Vec<Floats>;
+using I = hn::Vec<Ints>;
+
+constexpr size_t kMostLanes = 16;
+alignas(64) constexpr int32_t kLaneBits[16] = {1,      1 << 1, 1 << 2,  1 << 3,  1 << 4,  1 << 5,  1 << 6,  1 << 7,
+                                               1 << 8, 1 << 9, 1 << 10, 1 << 11, 1 << 12, 1 << 13, 1 << 14, 1 << 15};
+
+/// A bit a lane.
+HWY_INLINE uint32_t bits_of(Ints d, hn::Mask<Ints> mask) {
+  uint8_t bytes[8] = {};
+  hn::StoreMaskBits(d, mask, bytes);
+  return static_cast<uint32_t>(bytes[0]) | static_cast<uint32_t>(bytes[1]) << 8;
+}
+
+/// from[at[lane]] for each lane. `at` lies in memory, aligned.
+HWY_INLINE I gather(const int32_t* from, const int32_t* at) {
+  const Ints di;
+#if HWY_TARGET == HWY_AVX2
+  // Faster than the instruction on several processors, and never much slower.
+  const __m128i low = _mm_set_epi32(from[at[3]], from[at[2]], from[at[1]], from[at[0]]);
+  const __m128i high = _mm_set_epi32(from[at[7]], from[at[6]], from[at[5]], from[at[4]]);
+  return I{_mm256_set_m128i(high, low)};
+#else
+  return hn::GatherIndex(di, from, hn::Load(di, at));
+#endif
+}
+
+/// Transposes records that begin with 8 words of 32 bits: to[word][lane] of record `lane`. Reads 8 words of each.
+template <class Record>
+HWY_INLINE void load_transposed(const Record* records, I to[8]) {
+#if HWY_TARGET == HWY_AVX2
+  __m256 row[8], pair[8];
+  for (int i = 0; i < 4; ++i) {
+    const auto half = [&](int record, int word) {
+      return _mm_loadu_ps(reinterpret_cast<const float*>(records + record) + word);
+    };
+    // Rows i and i + 4 side by side: words 0..3, then words 4..7.
+    row[i] = _mm256_insertf128_ps(_mm256_castps128_ps256(half(i, 0)), half(i + 4, 0), 1);
+    row[i + 4] = _mm256_insertf128_ps(_mm256_castps128_ps256(half(i, 4)), half(i + 4, 4), 1);
+  }
+  for (int i = 0; i < 8; i += 4) {
+    pair[i] = _mm256_unpacklo_ps(row[i], row[i + 1]), pair[i + 1] = _mm256_unpackhi_ps(row[i], row[i + 1]);
+    pair[i + 2] = _mm256_unpacklo_ps(row[i + 2], row[i + 3]), pair[i + 3] = _mm256_unpackhi_ps(row[i + 2], row[i + 3]);
+    to[i] = I{_mm256_castps_si256(_mm256_shuffle_ps(pair[i], pair[i + 2], 0x44))};
+    to[i + 1] = I{_mm256_castps_si256(_mm256_shuffle_ps(pair[i], pair[i + 2], 0xee))};
+    to[i + 2] = I{_mm256_castps_si256(_mm256_shuffle_ps(pair[i + 1], pair[i + 3], 0x44))};
+    to[i + 3] = I{_mm256_castps_si256(_mm256_shuffle_ps(pair[i + 1], pair[i + 3], 0xee))};
+  }
+#else
+  const Ints di;
+  alignas(64) int32_t words[8][kMostLanes];
+  for (size_t lane = 0; lane < hn::Lanes(di); ++lane) {
+    int32_t record[8];
+    std::memcpy(record, records + lane, sizeof record);
+    for (int word = 0; word < 8; ++word) words[word][lane] = record[word];
+  }
+  for (int word = 0; word < 8; ++word) to[word] = hn::Load(di, words[word]);
+#endif
+}
+
+/// Stores the lanes of a mask side by side, in order, and whatever behind them: up to a whole vector is written.
+class Compressor {
+ public:
+#if HWY_TARGET == HWY_AVX2
+  // Highway 1.0 copies its table of orders to the stack at each call.
+  explicit Compressor(hn::Mask<Ints> mask) {
+    const uint32_t bits = bits_of(Ints(), mask);
+    order_ = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<int64_t>(kOrders.of[bits])));
+    count_ = hwy::PopCount(bits);
+  }
+  size_t count() const { return count_; }
+  void store(I values, int32_t* to) const {
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), _mm256_permutevar8x32_epi32(values.raw, order_));
+  }
+  void store(F values, float* to) const { _mm256_storeu_ps(to, _mm256_permutevar8x32_ps(values.raw, order_)); }
+
+ private:
+  __m256i order_;
+  size_t count_;
+#else
+  explicit Compressor(hn::Mask<Ints> mask) : mask_(mask) {}
+  size_t count() const { return hn::CountTrue(Ints(), mask_); }
+  void store(I values, int32_t* to) const { hn::CompressStore(values, mask_, Ints(), to); }
+  void store(F values, float* to) const { hn::CompressStore(values, hn::RebindMask(Floats(), mask_), Floats(), to); }
+
+ private:
+  hn::Mask<Ints> mask_;
+#endif
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace world
+HWY_AFTER_NAMESPACE();
+#endif
