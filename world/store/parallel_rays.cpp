@@ -178,7 +178,7 @@ void fill_block(const ParallelSource& source, ParallelRays::Block& block, int32_
             held[held_count++] = {i, j, code & BrickVolume::kFirstWord};
             row_held[i] = true;
           } else {
-            const int32_t side = static_cast<int32_t>((code + 1) >> 3);
+            const int32_t side = static_cast<int32_t>(((code & BrickVolume::kSide) + 1) >> 3);
             clear = side - (v & (side - 1));
           }
         }
@@ -344,7 +344,7 @@ size_t test_slabs(const ParallelRays::Frame& frame, const ParallelBricks& bricks
       const I word_in_leaf =
           hn::Or(hn::ShiftLeft<1>(hn::And(g[0], hn::Set(di, 4))),
                  hn::Or(hn::And(g[1], hn::Set(di, 6)), hn::ShiftRight<2>(hn::And(g[2], hn::Set(di, 4)))));
-      hn::Store(hn::Or(hn::And(code, hn::Set(di, int32_t(BrickVolume::kFirstWord))), word_in_leaf), di, at_word);
+      hn::Store(word_index(code, word_in_leaf), di, at_word);
       const I word = gather(bricks.words, at_word);
       const I three = hn::Set(di, 3);
       const I bit = hn::Or(hn::ShiftLeft<3>(hn::And(g[0], three)),
@@ -386,7 +386,7 @@ HWY_INLINE void load_starts(const Ray* rays, size_t some, const ParallelRays::Fr
 #if HWY_TARGET == HWY_AVX2
   if constexpr (std::is_same_v<Ray, StreamRay>) {
     if (some == width) {
-      load_transposed(rays, starts.word);
+      load_transposed(rays, 0, starts.word);
       const __m256 wanted = _mm256_setr_ps(frame.direction[0], frame.direction[1], frame.direction[2], to_infinity,
                                            frame.direction[0], frame.direction[1], frame.direction[2], to_infinity);
       uint32_t alike = 0;

@@ -11,6 +11,8 @@
 
 #include <hwy/highway.h>
 
+#include "world/store/brick_volume.h"
+
 #ifndef LOAM_RAY_LANES_ONCE
 #define LOAM_RAY_LANES_ONCE
 namespace world {
@@ -61,14 +63,21 @@ HWY_INLINE I gather(const int32_t* from, const int32_t* at) {
 #endif
 }
 
-/// Transposes records that begin with 8 words of 32 bits: to[word][lane] of record `lane`. Reads 8 words of each.
+/// Of a leaf's code and the word within it; of an empty leaf the first word of all, which is not to be looked at.
+HWY_INLINE I word_index(I code, I word_in_leaf) {
+  const Ints di;
+  const I first = hn::And(code, hn::Set(di, static_cast<int32_t>(BrickVolume::kFirstWord)));
+  return hn::And(hn::Or(first, word_in_leaf), hn::BroadcastSignBit(code));
+}
+
+/// Eight words of 32 bits of each record, from word `from` on, transposed: to[word - from][lane] of record `lane`.
 template <class Record>
-HWY_INLINE void load_transposed(const Record* records, I to[8]) {
+HWY_INLINE void load_transposed(const Record* records, int from, I to[8]) {
 #if HWY_TARGET == HWY_AVX2
   __m256 row[8], pair[8];
   for (int i = 0; i < 4; ++i) {
     const auto half = [&](int record, int word) {
-      return _mm_loadu_ps(reinterpret_cast<const float*>(records + record) + word);
+      return _mm_loadu_ps(reinterpret_cast<const float*>(records + record) + from + word);
     };
     // Rows i and i + 4 side by side: words 0..3, then words 4..7.
     row[i] = _mm256_insertf128_ps(_mm256_castps128_ps256(half(i, 0)), half(i + 4, 0), 1);
@@ -87,7 +96,7 @@ HWY_INLINE void load_transposed(const Record* records, I to[8]) {
   alignas(64) int32_t words[8][kMostLanes];
   for (size_t lane = 0; lane < hn::Lanes(di); ++lane) {
     int32_t record[8];
-    std::memcpy(record, records + lane, sizeof record);
+    std::memcpy(record, reinterpret_cast<const char*>(records + lane) + 4 * from, sizeof record);
     for (int word = 0; word < 8; ++word) words[word][lane] = record[word];
   }
   for (int word = 0; word < 8; ++word) to[word] = hn::Load(di, words[word]);

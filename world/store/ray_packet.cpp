@@ -34,11 +34,14 @@ constexpr size_t kPacket = 64;
 /// where they go down), u and v along the others as they are.
 struct alignas(64) Packet {
   // As given, by axis (main, u, v): fraction of the start voxel, direction.
-  float fraction[3][kPacket], direction[3][kPacket];
+  float fraction[3][kPacket], direction[3][kPacket], t_max[kPacket];
   float y_u[kPacket], y_v[kPacket], slope_u[kPacket], slope_v[kPacket];  // u(k) - 1/2 = y_u + k slope_u
   int32_t start_k[kPacket], start_u[kPacket], start_v[kPacket];
   // Where a ray has come to: hit cell, and by which axis it was entered: 0 main, 1 u, 2 v, -1 its start.
   int32_t hit_k[kPacket], hit_u[kPacket], hit_v[kPacket], hit_axis[kPacket];
+  // Of what was hit: voxel x, y, z, the face and the exact t. Only where the rays are given in floats.
+  int32_t voxel[3][kPacket], face[kPacket];
+  double t[kPacket];
   uint64_t alive = 0, hit = 0, unsure = 0;
   uint64_t odd = 0;  // unsure from the start
   float range = 0;   // |u|, |v|, |k| of all starts are at most this
@@ -201,6 +204,92 @@ HWY_INLINE void walk_slice(Packet& p, const Slice& slice, size_t begin, size_t e
   }
 }
 
+/// What is given of rays [0, count), in the packet's axes; those after them repeat the last. `low`: corner of the
+/// bounds.
+template <class Ray>
+HWY_INLINE void load_packet(Packet& p, const Ray* rays, size_t count, const VoxelPos& low) {
+  const Floats df;
+  const Ints di;
+  const int axes[3] = {p.main, p.u, p.v};
+  int32_t* starts[3] = {p.start_k, p.start_u, p.start_v};
+  const int32_t corner[3] = {low[p.main], low[p.u] + p.corner[1], low[p.v] + p.corner[2]};
+  size_t at = 0;
+  if constexpr (std::is_same_v<Ray, StreamRay>) {
+    static_assert(sizeof(StreamRay) == 40);  // voxel, fraction, direction, t_max
+    for (const size_t width = hn::Lanes(di); at + width <= count; at += width) {
+      I begin[8], end[8];  // words 0 to 7, words 2 to 9
+      load_transposed(rays + at, 0, begin), load_transposed(rays + at, 2, end);
+      for (int i = 0; i < 3; ++i) {
+        hn::Store(hn::Sub(begin[axes[i]], hn::Set(di, corner[i])), di, starts[i] + at);
+        hn::Store(hn::BitCast(df, begin[3 + axes[i]]), df, p.fraction[i] + at);
+        hn::Store(hn::BitCast(df, end[4 + axes[i]]), df, p.direction[i] + at);
+      }
+      hn::Store(hn::BitCast(df, end[7]), df, p.t_max + at);
+    }
+  }
+  for (; at < kPacket; ++at) {
+    const Ray& ray = rays[std::min(at, count - 1)];
+    for (int i = 0; i < 3; ++i) {
+      starts[i][at] = (&ray.voxel.x)[axes[i]] - corner[i];
+      p.fraction[i][at] = static_cast<float>((&ray.fraction.x)[axes[i]]);
+      p.direction[i][at] = static_cast<float>((&ray.direction.x)[axes[i]]);
+    }
+    p.t_max[at] = static_cast<float>(ray.t_max);
+  }
+  // k counts in the direction of the rays, from the first of all starts.
+  I first = hn::Set(di, INT32_MAX);
+  const I flip = hn::Set(di, p.flip);
+  for (at = 0; at < kPacket; at += hn::Lanes(di)) {
+    const I k = hn::Xor(hn::Load(di, p.start_k + at), flip);
+    first = hn::Min(first, k);
+    hn::Store(k, di, p.start_k + at);
+  }
+  first = hn::MinOfLanes(di, first);
+  p.corner[0] = hn::GetLane(first);
+  for (at = 0; at < kPacket; at += hn::Lanes(di))
+    hn::Store(hn::Sub(hn::Load(di, p.start_k + at), first), di, p.start_k + at);
+}
+
+/// Voxel, face and t of what was hit, as FlatWalk computes them, where fraction and direction are the floats given.
+HWY_INLINE void finish_packet(Packet& p, const VoxelPos& low) {
+  const hn::CappedTag<double, 8> dd;
+  const hn::Rebind<int32_t, decltype(dd)> di;
+  const hn::Rebind<float, decltype(dd)> df;
+  const auto zero = hn::Zero(di), flip = hn::Set(di, p.flip);
+  const int32_t corner[3] = {p.corner[0], p.corner[1] + low[p.u], p.corner[2] + low[p.v]};
+  for (size_t at = 0; at < kPacket; at += hn::Lanes(dd)) {
+    if (!(p.hit >> at & ((uint64_t{1} << hn::Lanes(dd)) - 1))) continue;
+    const auto entered = hn::Load(di, p.hit_axis + at);
+    const auto on_u = hn::Eq(entered, hn::Set(di, 1)), on_v = hn::Eq(entered, hn::Set(di, 2));
+    const auto started = hn::Lt(entered, zero);
+    const auto select = [&](auto main, auto u, auto v) HWY_ATTR {
+      const hn::DFromV<decltype(main)> d;
+      return hn::IfThenElse(hn::RebindMask(d, on_u), u, hn::IfThenElse(hn::RebindMask(d, on_v), v, main));
+    };
+    const auto k = hn::Load(di, p.hit_k + at), u = hn::Load(di, p.hit_u + at), v = hn::Load(di, p.hit_v + at);
+    const auto walked = hn::Sub(k, hn::Load(di, p.start_k + at));
+    const auto to_voxel = select(hn::Sub(hn::Xor(walked, flip), flip), hn::Sub(u, hn::Load(di, p.start_u + at)),
+                                 hn::Sub(v, hn::Load(di, p.start_v + at)));
+    const auto direction =
+        select(hn::Load(df, p.direction[0] + at), hn::Load(df, p.direction[1] + at), hn::Load(df, p.direction[2] + at));
+    const auto fraction =
+        select(hn::Load(df, p.fraction[0] + at), hn::Load(df, p.fraction[1] + at), hn::Load(df, p.fraction[2] + at));
+    const auto down = hn::IfThenElseZero(hn::RebindMask(di, hn::Lt(direction, hn::Zero(df))), hn::Set(di, 1));
+    // Of a ray that starts in what it hits: (0 - 0) / 1.
+    const auto started_f = hn::RebindMask(df, started);
+    const auto plane = hn::PromoteTo(dd, hn::IfThenZeroElse(started, hn::Add(to_voxel, down)));
+    const auto from = hn::PromoteTo(dd, hn::IfThenZeroElse(started_f, fraction));
+    const auto along = hn::PromoteTo(dd, hn::IfThenElse(started_f, hn::Set(df, 1.0f), direction));
+    hn::Store(hn::Mul(hn::Sub(plane, from), hn::Div(hn::Set(dd, 1.0), along)), dd, p.t + at);
+    const auto face = hn::Add(select(hn::Set(di, 2 * p.main), hn::Set(di, 2 * p.u), hn::Set(di, 2 * p.v)), down);
+    hn::Store(hn::IfThenElse(started, hn::Set(di, kNoFace), face), di, p.face + at);
+    hn::Store(hn::Add(hn::Xor(hn::Add(k, hn::Set(di, corner[0])), flip), hn::Set(di, low[p.main])), di,
+              p.voxel[p.main] + at);
+    hn::Store(hn::Add(u, hn::Set(di, corner[1])), di, p.voxel[p.u] + at);
+    hn::Store(hn::Add(v, hn::Set(di, corner[2])), di, p.voxel[p.v] + at);
+  }
+}
+
 /// Slopes, offsets and bounds of rays [0, count) of the packet; those after them repeat the last.
 HWY_INLINE void prepare_packet(Packet& p, size_t count) {
   const Floats df;
@@ -315,7 +404,7 @@ int32_t march(const BrickVolume& bricks, Packet& p, size_t begin, size_t end, in
         for (int32_t b = v0; clear && b <= v1; ++b) {
           const uint32_t code = layer_codes[stride_u * (static_cast<size_t>(a) << (log2 - 3)) +
                                             stride_v * (static_cast<size_t>(b) << (log2 - 3))];
-          clear = code >= least && code < BrickVolume::kMixed;
+          clear = (code & BrickVolume::kSide) >= least && !(code & BrickVolume::kMixed);
         }
       if (clear) {
         k = next;
@@ -377,7 +466,7 @@ int32_t march(const BrickVolume& bricks, Packet& p, size_t begin, size_t end, in
 
 /// The packet from its start; where it is too wide for a slice, each 16 rays of it by themselves. What is still alive
 /// after that must go on from its plane some other way.
-void walk_packet(const BrickVolume& bricks, Packet& p, size_t count, SliceCache& cache) {
+HWY_INLINE void walk_prepared(const BrickVolume& bricks, Packet& p, size_t count, SliceCache& cache) {
   prepare_packet(p, count);
   for (int32_t& k : p.k) k = 0;
   const int32_t cell = p.corner[0] ^ p.flip;
@@ -389,6 +478,16 @@ void walk_packet(const BrickVolume& bricks, Packet& p, size_t count, SliceCache&
       p.k[quarter] = march(bricks, p, 16 * quarter, 16 * quarter + 16, wide, cache);
 }
 
+void walk_grid_packet(const BrickVolume& bricks, Packet& p, const GridRay* rays, size_t count, SliceCache& cache) {
+  load_packet(p, rays, count, bricks.low());
+  walk_prepared(bricks, p, count, cache);
+}
+void walk_stream_packet(const BrickVolume& bricks, Packet& p, const StreamRay* rays, size_t count, SliceCache& cache) {
+  load_packet(p, rays, count, bricks.low());
+  walk_prepared(bricks, p, count, cache);
+  finish_packet(p, bricks.low());
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace world
 HWY_AFTER_NAMESPACE();
@@ -397,8 +496,9 @@ HWY_AFTER_NAMESPACE();
 namespace world {
 
 namespace {
-HWY_EXPORT(walk_packet);
-}
+HWY_EXPORT(walk_grid_packet);
+HWY_EXPORT(walk_stream_packet);
+}  // namespace
 
 /// Rays that left their packet, to go on in lanes when there are enough of them: from where they cross a plane.
 struct RestOfRays {
@@ -491,6 +591,10 @@ void RayStream::walk_packets(std::span<const Ray> rays, std::span<GridHit> hits,
   done.rays = rays.size();
   for (size_t begin = 0; begin < rays.size(); begin += kPacket) {
     const size_t count = std::min(kPacket, rays.size() - begin);
+    // The next packet's rays come into the cache while this one walks.
+    const char* next = reinterpret_cast<const char*>(rays.data() + begin + count);
+    const size_t next_bytes = std::min(kPacket, rays.size() - begin - count) * sizeof(Ray);
+    for (size_t at = 0; at < next_bytes; at += 64) __builtin_prefetch(next + at);
     if (const uint64_t left =
             first_set_packet(packet, cache, rays.subspan(begin, count), hits.subspan(begin, count), done)) {
       if (rest.count + kPacket > RestOfRays::kSize) walk_rest(rest, rays, hits, done);
@@ -533,20 +637,12 @@ uint64_t RayStream::first_set_packet(Packet& p, SliceCache& cache, std::span<con
   p.flip = lead[m] > 0 ? 0 : -1;
   p.alive = p.hit = p.unsure = 0;
   const VoxelPos low = bricks_.low();
-  p.corner[0] = INT32_MAX, p.corner[1] = middle.voxel[u] - low[u], p.corner[2] = middle.voxel[v] - low[v];
-  for (size_t i = 0; i < kPacket; ++i) {
-    const Ray& ray = rays[i < count ? i : count - 1];
-    const auto *fraction = &ray.fraction.x, *direction = &ray.direction.x;
-    p.fraction[0][i] = static_cast<float>(fraction[m]), p.direction[0][i] = static_cast<float>(direction[m]);
-    p.fraction[1][i] = static_cast<float>(fraction[u]), p.direction[1][i] = static_cast<float>(direction[u]);
-    p.fraction[2][i] = static_cast<float>(fraction[v]), p.direction[2][i] = static_cast<float>(direction[v]);
-    const int32_t* voxel = &ray.voxel.x;
-    p.start_k[i] = (voxel[m] - low[m]) ^ p.flip;
-    p.start_u[i] = voxel[u] - low[u] - p.corner[1], p.start_v[i] = voxel[v] - low[v] - p.corner[2];
-    p.corner[0] = std::min(p.corner[0], p.start_k[i]);
-  }
-  for (size_t i = 0; i < kPacket; ++i) p.start_k[i] -= p.corner[0];
-  HWY_DYNAMIC_DISPATCH(walk_packet)(bricks_, p, count, cache);
+  p.corner[1] = middle.voxel[u] - low[u], p.corner[2] = middle.voxel[v] - low[v];
+  constexpr bool kInFloats = std::is_same_v<Ray, StreamRay>;
+  if constexpr (kInFloats)
+    HWY_DYNAMIC_DISPATCH(walk_stream_packet)(bricks_, p, rays.data(), count, cache);
+  else
+    HWY_DYNAMIC_DISPATCH(walk_grid_packet)(bricks_, p, rays.data(), count, cache);
 
   // Exact t of what was hit.
   const int axes[4] = {0, m, u, v};
@@ -555,7 +651,12 @@ uint64_t RayStream::first_set_packet(Packet& p, SliceCache& cache, std::span<con
     const Ray& ray = rays[i];
     GridHit& hit = hits[i];
     const uint64_t bit = 1ull << i;
-    if (p.hit & bit) {
+    if (p.hit & bit && kInFloats) {
+      if (p.t[i] <= ray.t_max)
+        hit = {WalkEnd::hit, {p.voxel[0][i], p.voxel[1][i], p.voxel[2][i]}, p.face[i], p.t[i]};
+      else
+        hit = {WalkEnd::t_max, {}, kNoFace, ray.t_max};
+    } else if (p.hit & bit) {
       int32_t voxel[3];
       voxel[m] = ((p.hit_k[i] + corner_k) ^ p.flip) + low[m];
       voxel[u] = p.hit_u[i] + corner_u;

@@ -37,7 +37,7 @@ struct alignas(64) StreamRays {
   int32_t voxel[3][kChunk];
   // Made of it; `beyond` is (1 - origin) * inverse.
   float origin[3][kChunk], along[3][kChunk], inverse[3][kChunk], beyond[3][kChunk], t_limit[kChunk];
-  int32_t base[3][kChunk], cell[3][kChunk], flip[3][kChunk], last[3][kChunk], axis[kChunk];
+  int32_t base[3][kChunk], flip[3][kChunk], last[3][kChunk];
   uint64_t walks, unsure;  // a bit a ray; what is neither meets nothing
 };
 
@@ -62,6 +62,35 @@ HWY_INLINE F sure_distance(F t, F inverse) {
   const Floats df;
   return hn::MulAdd(t, hn::Set(df, -0x1p-20f),
                     hn::MulAdd(inverse, hn::Set(df, -0x1p-23f), hn::Set(df, 0.5f - 0x1p-21f)));
+}
+
+/// What is given of rays [0, count), at most kChunk; those after them repeat the last.
+template <class Ray>
+HWY_INLINE void load_chunk(const BrickView& bricks, const Ray* rays, size_t count, StreamRays& to) {
+  const Ints di;
+  size_t at = 0;
+  if constexpr (std::is_same_v<Ray, StreamRay>) {
+    static_assert(sizeof(StreamRay) == 40);  // voxel, fraction, direction, t_max
+    for (const size_t width = hn::Lanes(di); at + width <= count; at += width) {
+      I low[8], high[8];
+      load_transposed(rays + at, 0, low), load_transposed(rays + at, 2, high);
+      for (int a = 0; a < 3; ++a) {
+        hn::Store(hn::Sub(low[a], hn::Set(di, (&bricks.low.x)[a])), di, to.voxel[a] + at);
+        hn::Store(hn::BitCast(Floats(), low[3 + a]), Floats(), to.fraction[a] + at);
+        hn::Store(hn::BitCast(Floats(), high[4 + a]), Floats(), to.direction[a] + at);
+      }
+      hn::Store(hn::BitCast(Floats(), high[7]), Floats(), to.t_max + at);
+    }
+  }
+  for (; at < kChunk; ++at) {
+    const Ray& ray = rays[std::min(at, count - 1)];
+    for (int a = 0; a < 3; ++a) {
+      to.fraction[a][at] = static_cast<float>((&ray.fraction.x)[a]);
+      to.direction[a][at] = static_cast<float>((&ray.direction.x)[a]);
+      to.voxel[a][at] = (&ray.voxel.x)[a] - (&bricks.low.x)[a];
+    }
+    to.t_max[at] = static_cast<float>(ray.t_max);
+  }
 }
 
 /// Mirrors, scales and inverts rays [0, count); sorts out those that must be walked in double and those that meet
@@ -104,17 +133,15 @@ HWY_INLINE void prepare(const BrickView& bricks, StreamRays& rays, size_t count)
       hn::Store(inverse, df, rays.inverse[a] + at);
       hn::Store(hn::IfThenElse(steps, hn::Mul(left, inverse), hn::Set(df, 0x1p120f)), df, rays.beyond[a] + at);
       hn::Store(base, di, rays.base[a] + at);
-      hn::Store(base, di, rays.cell[a] + at);
       hn::Store(flip, di, rays.flip[a] + at);
       hn::Store(last, di, rays.last[a] + at);
     }
     // A little more than t_max: what is met beyond it is taken back in double.
     const F t_limit = hn::MulAdd(hn::Mul(t_max, largest), hn::Set(df, 1 + 0x1p-18f), hn::Set(df, 0x1p-18f));
     hn::Store(hn::Min(t_limit, hn::Set(df, 0x1p100f)), df, rays.t_limit + at);
-    hn::Store(hn::Set(di, -1), di, rays.axis + at);
     // Codes cover the bounds and no more.
     for (int a = 0; a < 3; ++a) {
-      const I cell = hn::Xor(hn::Load(di, rays.cell[a] + at), hn::Load(di, rays.flip[a] + at));
+      const I cell = hn::Xor(hn::Load(di, rays.base[a] + at), hn::Load(di, rays.flip[a] + at));
       const auto outside = hn::Or(hn::Lt(cell, hn::Zero(di)), hn::Not(hn::Lt(cell, hn::Set(di, bricks.size[a]))));
       fine = hn::And(fine, hn::Not(hn::RebindMask(df, outside)));
     }
@@ -131,6 +158,7 @@ HWY_INLINE void prepare(const BrickView& bricks, StreamRays& rays, size_t count)
 struct alignas(64) Lanes {
   float origin[3][kMostLanes], along[3][kMostLanes], inverse[3][kMostLanes], beyond[3][kMostLanes];
   int32_t base[3][kMostLanes], flip[3][kMostLanes], last[3][kMostLanes];
+  int32_t upwards[kMostLanes];  // the bits of a column's side where the ray doesn't go down, else 0
   float t_limit[kMostLanes];
   int32_t cell[2][3][kMostLanes], axis[2][kMostLanes];
   // Of the cells to step from: the same not mirrored, the place of its leaf's code, the code, the place of its word.
@@ -149,11 +177,11 @@ HWY_INLINE void look_up(const BrickView& bricks, Lanes& lanes) {
   const Ints di;
   const I gx = hn::Load(di, lanes.grid[0]), gy = hn::Load(di, lanes.grid[1]), gz = hn::Load(di, lanes.grid[2]);
   const I code = gather(bricks.codes, lanes.leaf);
-  // Of an empty leaf too: its code is the index of some word, whose bits are not looked at.
   const I word_in_leaf = hn::Or(hn::ShiftLeft<1>(hn::And(gx, hn::Set(di, 4))),
                                 hn::Or(hn::And(gy, hn::Set(di, 6)), hn::ShiftRight<2>(hn::And(gz, hn::Set(di, 4)))));
   hn::Store(code, di, lanes.code);
-  hn::Store(hn::Or(hn::And(code, hn::Set(di, int32_t(BrickVolume::kFirstWord))), word_in_leaf), di, lanes.word);
+  hn::Store(word_index(code, word_in_leaf), di, lanes.word);
+#pragma GCC unroll 16
   for (size_t lane = 0; lane < hn::Lanes(di); ++lane) __builtin_prefetch(bricks.words + lanes.word[lane]);
 }
 
@@ -166,6 +194,7 @@ HWY_INLINE void find_leaves(const BrickView& bricks, Lanes& lanes, int from) {
   hn::Store(gx, di, lanes.grid[0]), hn::Store(gy, di, lanes.grid[1]), hn::Store(gz, di, lanes.grid[2]);
   const I column = hn::Add(hn::Mul(hn::ShiftRight<3>(gx), hn::Set(di, bricks.leaves_z)), hn::ShiftRight<3>(gz));
   hn::Store(hn::Add(hn::Mul(column, hn::Set(di, bricks.leaves_y)), hn::ShiftRight<3>(gy)), di, lanes.leaf);
+#pragma GCC unroll 16
   for (size_t lane = 0; lane < hn::Lanes(di); ++lane) __builtin_prefetch(bricks.codes + lanes.leaf[lane]);
 }
 
@@ -188,9 +217,22 @@ HWY_INLINE Ended step(const BrickView& bricks, Lanes& lanes, int from) {
   // One less than the sides of the empty block around: powers of two.
   const I pair = hn::IfThenElseZero(
       hn::Eq(hn::And(shifted(hn::And(bit, hn::Set(di, 18))), hn::Set(di, 0x3333)), hn::Zero(di)), one);
-  const I half = hn::IfThenElseZero(hn::Eq(word, hn::Zero(di)), three);
-  const I my = hn::IfThenElse(mixed, pair, code), mxz = hn::IfThenElse(mixed, hn::Or(pair, half), code);
-  const I lx = hn::Or(cx, mxz), ly = hn::Or(cy, my), lz = hn::Or(cz, mxz);
+  const I half = hn::IfThenElseZero(hn::Eq(word, hn::Zero(di)), one);
+  const I side = hn::And(code, hn::Set(di, int32_t(BrickVolume::kSide)));
+  // Of rays upwards, the column of air around, if any; it has no far plane along y but the end of all. Bits of the
+  // code that mean something else are no column: a mixed leaf's are negative, those of a cube no cap.
+  const I upwards = hn::Load(di, lanes.upwards), seven = hn::Set(di, 7);
+  const I cap = hn::Xor(hn::And(hn::And(code, upwards), hn::Set(di, int32_t(BrickVolume::kCap))),
+                        hn::Set(di, int32_t(BrickVolume::kCapped)));
+  const auto above_cap = hn::AndNot(hn::Lt(hn::And(gy, seven), cap), mixed);
+  const I column = hn::IfThenElse(mixed, hn::IfThenElseZero(above_cap, seven),
+                                  hn::And(hn::ShiftRight<BrickVolume::kColumnShift>(code), upwards));
+  // A row of 4x1x4 goes further than a cube of 2^3: terrain lies flat.
+  const auto row = hn::Eq(hn::And(shifted(hn::And(bit, hn::Set(di, 4))), hn::Set(di, 0x0f0f0f0f)), hn::Zero(di));
+  const I my = hn::IfThenElse(mixed, hn::IfThenElse(row, half, pair), side);
+  const I mxz = hn::Max(hn::IfThenElse(mixed, hn::Or(pair, hn::IfThenElseZero(row, three)), side), column);
+  const I lx = hn::Or(cx, mxz), lz = hn::Or(cz, mxz);
+  const I ly = hn::IfThenElse(hn::Gt(column, hn::Zero(di)), hn::Load(di, lanes.last[1]), hn::Or(cy, my));
 
   // Its far planes, and which is crossed first.
   const I bx = hn::Load(di, lanes.base[0]), by = hn::Load(di, lanes.base[1]), bz = hn::Load(di, lanes.base[2]);
@@ -246,15 +288,7 @@ size_t walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t coun
       if (chunk_end == count) return kNoRay;
       chunk = chunk_end;
       chunk_end = std::min(chunk + kChunk, count);
-      for (size_t i = 0; i < kChunk; ++i) {
-        const Ray& ray = rays[std::min(chunk + i, count - 1)];
-        for (int a = 0; a < 3; ++a) {
-          ready.fraction[a][i] = static_cast<float>((&ray.fraction.x)[a]);
-          ready.direction[a][i] = static_cast<float>((&ray.direction.x)[a]);
-          ready.voxel[a][i] = (&ray.voxel.x)[a] - (&bricks.low.x)[a];
-        }
-        ready.t_max[i] = static_cast<float>(ray.t_max);
-      }
+      load_chunk(bricks, rays + chunk, chunk_end - chunk, ready);
       const size_t given = chunk_end - chunk;
       prepare(bricks, ready, given);
       uint64_t none = ~(ready.walks | ready.unsure) & (given == 64 ? ~0ull : (1ull << given) - 1);
@@ -276,10 +310,11 @@ size_t walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t coun
       lanes.base[a][lane] = ready.base[a][i];
       lanes.flip[a][lane] = ready.flip[a][i];
       lanes.last[a][lane] = ready.last[a][i];
-      lanes.cell[to][a][lane] = ready.cell[a][i];
+      lanes.cell[to][a][lane] = ready.base[a][i];
     }
+    lanes.upwards[lane] = ~ready.flip[1][i] & static_cast<int32_t>(BrickVolume::kSide);
     lanes.t_limit[lane] = ready.t_limit[i];
-    lanes.axis[to][lane] = ready.axis[i];
+    lanes.axis[to][lane] = -1;
   };
   // A lane without a ray stands in the first cell and misses at each step.
   const auto rest = [&](Lanes& lanes, size_t lane, int to) {
@@ -293,6 +328,7 @@ size_t walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t coun
         lanes.origin[a][lane] = lanes.along[a][lane] = lanes.inverse[a][lane] = lanes.beyond[a][lane] = 0;
         lanes.base[a][lane] = lanes.last[a][lane] = 0;
       }
+      lanes.upwards[lane] = 0;
       const uint32_t ray = next_ray();
       if (ray == kNoRay)
         rest(lanes, lane, 0);
@@ -341,11 +377,13 @@ size_t walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t coun
   };
   while (active) {
     for (Lanes& lanes : group) look_up(bricks, lanes);
-    for (Lanes& lanes : group) {
-      const Ended ended = step(bricks, lanes, from);
-      if (ended.any) refill(lanes, ended);
-      find_leaves(bricks, lanes, 1 - from);
+    for (int g = 0; g < kGroups; ++g) {
+      const Ended ended = step(bricks, group[g], from);
+      if (ended.any) refill(group[g], ended);
+      // A group later: single lanes that were just written can't be read as vectors before they are in the cache.
+      if (g > 0) find_leaves(bricks, group[g - 1], 1 - from);
     }
+    find_leaves(bricks, group[kGroups - 1], 1 - from);
     steps += kGroups;
     from = 1 - from;
   }
