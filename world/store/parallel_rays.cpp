@@ -20,6 +20,7 @@
 namespace world {
 
 constexpr size_t kPiece = 512;  // rays looked up before any slab is tested
+constexpr size_t kAhead = 64;   // rays are asked for so many before they are looked at
 /// Slabs tested back from the last before a ray is given to the stream.
 constexpr int kMostTests = 24;
 /// The map holds for rays this far off; floats of a piece's rays, relative to its first, err by less.
@@ -275,8 +276,8 @@ HWY_INLINE size_t put(OpenRays& open, size_t at, hn::Mask<Ints> lanes, I slab, I
   return some.count();
 }
 
-/// Tests the slab each open ray stands at. Appends to `answers` what ended unsure and sets blocked[] of what is
-/// blocked; those that go on move to the front. Returns how many.
+/// Tests the slab each open ray stands at. Appends to `answers` what is blocked and what ended unsure; those that go on
+/// move to the front. Returns how many.
 template <int kMain>
 size_t test_slabs(const ParallelRays::Frame& frame, const ParallelBricks& bricks, OpenRays& open, size_t count,
                   ParallelAnswers& answers) {
@@ -467,6 +468,7 @@ void cast_piece(const ParallelRaysKernel& map, const ParallelBricks& bricks, con
     const size_t some = std::min(width, count - at);
     Starts starts;
     load_starts(rays + at, some, frame, starts);
+    prefetch_records(rays + at + kAhead, width);
     auto fine = starts.alike;
     for (int i = 0; i < 3; ++i) {
       const F f = hn::BitCast(df, starts.word[3 + i]);

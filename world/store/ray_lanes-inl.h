@@ -63,6 +63,13 @@ HWY_INLINE I gather(const int32_t* from, const int32_t* at) {
 #endif
 }
 
+/// Asks for the bytes of `count` records, which may lie beyond what there is.
+template <class Record>
+HWY_INLINE void prefetch_records(const Record* begin, size_t count) {
+  const char* bytes = reinterpret_cast<const char*>(begin);
+  for (size_t at = 0; at < count * sizeof(Record); at += 64) __builtin_prefetch(bytes + at);
+}
+
 /// Of a leaf's code and the word within it; of an empty leaf the first word of all, which is not to be looked at.
 HWY_INLINE I word_index(I code, I word_in_leaf) {
   const Ints di;

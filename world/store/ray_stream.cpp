@@ -289,6 +289,7 @@ size_t walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t coun
       chunk = chunk_end;
       chunk_end = std::min(chunk + kChunk, count);
       load_chunk(bricks, rays + chunk, chunk_end - chunk, ready);
+      prefetch_records(rays + chunk_end, kChunk);
       const size_t given = chunk_end - chunk;
       prepare(bricks, ready, given);
       uint64_t none = ~(ready.walks | ready.unsure) & (given == 64 ? ~0ull : (1ull << given) - 1);
