@@ -10,11 +10,12 @@ packages=(
   libglm-dev libfmt-dev libhwy-dev libtomlplusplus-dev                   # vectors, text, SIMD, scene files
   libsqlite3-dev libzstd-dev libxxhash-dev                               # saves
   libembree-dev                                                          # rays that meet triangle meshes
+  libosd-dev                                                             # subdivision surfaces
   libpng-dev libopenexr-dev                                              # pictures
   libvulkan-dev libvulkan-volk-dev glslang-tools mesa-vulkan-drivers     # Vulkan, with a software device
   nlohmann-json3-dev libcli11-dev                                        # the command
   libgtest-dev libgmock-dev librapidcheck-dev clang-format-14            # tests
-  libnanovdb-dev                                                         # a rival of benchmarks
+  libnanovdb-dev                                                         # .nvdb files, and a rival of benchmarks
   vulkan-validationlayers libopenvdb-tools sqlite3
 )
 
