@@ -51,13 +51,15 @@ const std::vector<Module>& modules() {
     picture.push_back("render/");
     for (std::string_view prefix : {"render/extract/", "render/effects/"}) t.push_back({prefix, picture});
     picture.insert(picture.end(), {"render/extract/", "render/effects/"});
-    t.push_back({"render/trace/", picture});  // what both ray backends share
+    t.push_back({"render/export/", picture});  // surfaces for other programs; no backend sees it
+    t.push_back({"render/trace/", picture});   // what both ray backends share
     picture.push_back("render/trace/");
     for (std::string_view prefix : {"render/raster/", "render/raycast/", "render/reference/"})
       t.push_back({prefix, picture});
     picture.insert(picture.end(), {"render/raster/", "render/raycast/", "render/reference/"});
     t.push_back({"render/backends.cpp", picture});
     below = picture;
+    below.push_back("render/export/");
     below.insert(below.end(), {"render/backends.cpp", "sim/"});
     t.push_back({"tools/", below});
     below.push_back("tools/");
@@ -86,7 +88,7 @@ struct Confined {
 };
 const std::vector<Confined> kConfined = {
     {"openvdb/", {"world/store/", "world/formats/vdb.cpp", "world/formats/vdb/", "tools/bench/rivals/", "tests/"}},
-    {"nanovdb/", {"tools/bench/rivals/"}},
+    {"nanovdb/", {"world/formats/vdb/", "tools/bench/rivals/"}},
     {"embree3/", {"render/trace/", "tools/bench/rivals/"}},
     {"vulkan/", {"render/", "tests/render/"}},
     {"volk.h", {"render/"}},

@@ -23,7 +23,7 @@ const Format& ply_format() {
         const auto read = [&]() -> Result<World> {
           if (!faces) {
             TRY(const PointSet points, read_ply_points(bytes, name));
-            return world_from_points(points, name, stem, options, report);
+            return world_from_points(points, bytes.size(), name, stem, options, report);
           }
           MeshReport mesh_report;
           MeshFileFacts facts;

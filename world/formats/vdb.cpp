@@ -1,26 +1,33 @@
 // OpenVDB .vdb -> world, and back.
 //
-// Reading takes one grid: a Loam block grid if there is one, else "density", "surface", else the first; the others are
-// named in the report. Axes and indices stay as they are: index (i, j, k) is the voxel (i, j, k). The size of a voxel
-// goes to the metadata; where the map rotates, shears or moves, a warning says that it was left out.
-//   Loam block grid            the blocks, exactly
+// Reading starts from one grid: --grid's, else a Loam block grid if there is one, else "density", "surface", or the
+// first. Its indices are the world's voxels: index (i, j, k) is the voxel (i, j, k), and the size of a voxel and the
+// world place of index 0 go to the metadata, so that writing restores them. Where its map to its world rotates, shears
+// or has voxels that are no cubes, its values are first resampled (trilinear) at cubes of its least voxel size along
+// the axes of that world; only float grids can be.
+//   Loam block grid            the blocks, exactly, and the grids that hold further layers
 //   level set                  one block where the distance is <= 0: band and inside
 //   everything else            one block where a voxel is active: fog volumes, points, vectors, masks, integers
 // That block, "vdb:NAME", is opaque and white, so that it is seen; the numbers of a float grid become the layer
 // `density`, the distances of a float level set's band, in voxels, the layer `distance`.
+// The level sets and point grids beside it are put where their maps say, each as a block of its own where there is air
+// (resampled where they lie between the voxels of the first); the rest is named in the report.
 //
-// Writing makes one Int32 grid "block_id" of block ids, 0 is air and inactive; its metadata hold each block of the
-// palette as TOML (loam_block_ID) and what the world knows of itself (loam_about_KEY); surroundings (sun, sky) are not
-// in it. The same world gives the same bytes: the UUID is made from the content.
+// Writing makes an Int32 grid "block_id" of block ids, 0 is air and inactive, and a float grid for each further layer;
+// the metadata of the first hold each block of the palette as TOML (loam_block_ID) and what the world knows of itself
+// (loam_about_KEY); surroundings (sun, sky) are not in it. The same world gives the same bytes: the UUID is made from
+// the content.
 //
 // OpenVDB's reader believes sizes and ignores read errors (hard case IO10): everything goes through try_in_child first,
 // and what was read is checked: finite numbers, leaves where the tree says they are, voxels within the world's border.
 // What no reader can find is a changed but finite number, since the format has no checksums.
 #include "world/formats/vdb.h"
 
+#include <algorithm>
 #include <map>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "world/formats/vdb/grids.h"
 
@@ -29,25 +36,46 @@ namespace {
 
 using namespace vdb;
 
-constexpr size_t kMaxRegions = size_t{1} << 15;  // a region costs 34 kB before it holds anything
+/// What an import may take: 16 bytes for each byte of the file and 256 MiB. A region costs 34 kB before it holds
+/// anything; half of the sum is left to what is in them, and to OpenVDB's trees.
+constexpr size_t most_regions(uint64_t file_bytes) {
+  return static_cast<size_t>(((uint64_t{256} << 20) + 16 * file_bytes) / (2 * 34000));
+}
 
 /// Regions under construction; fails where a few tiles of a small file stand for more than fits.
 struct Regions {
+  size_t most = 0;
   std::map<RegionPos, RegionBuilder> built;
 
   Result<RegionBuilder*> at(RegionPos r) {
     auto found = built.find(r);
     if (found == built.end()) {
-      if (built.size() >= kMaxRegions)
-        return input_error(
-            fmt::format("its voxels spread over more than {} regions of 128^3; that does not fit", kMaxRegions));
+      if (built.size() >= most) return too_many();
       found = built.emplace(r, RegionBuilder(r)).first;
     }
     return &found->second;
   }
+  Error too_many() const {
+    return input_error(fmt::format(
+        "its voxels spread over more than {} regions of 128^3; a file of its size may not take that much memory",
+        most));
+  }
+  /// Writes one voxel of air; others keep what they have.
+  Status set_if_air(VoxelPos v, BlockId block) {
+    TRY(RegionBuilder* const region, at(region_from_voxel(v)));
+    const int leaf = index_in_region(leaf_from_voxel(v));
+    const LeafBlocks old = region->leaf(leaf);
+    if (old[index_in_leaf(v)] != kAir) return {};
+    BlockId values[kLeafVoxels];
+    for (int i = 0; i < kLeafVoxels; ++i) values[i] = old[i];
+    values[index_in_leaf(v)] = block;
+    region->set_leaf(leaf, values);
+    return {};
+  }
   Status fill(const openvdb::CoordBBox& box, BlockId block) {
     const LeafPos from = leaf_from_voxel(voxel(box.min())), to = leaf_from_voxel(voxel(box.max()));
     const RegionPos first = region_from_leaf(from), last = region_from_leaf(to);
+    if (VoxelBox{{first.x, first.y, first.z}, {last.x, last.y, last.z}}.volume() > most) return too_many();
     for (int x = first.x; x <= last.x; ++x) {
       for (int y = first.y; y <= last.y; ++y) {
         for (int z = first.z; z <= last.z; ++z) {
@@ -162,17 +190,105 @@ Status read_shape(const openvdb::GridBase& grid, const VdbGridFacts& facts, Worl
 }
 
 /// The grid that becomes the world.
-size_t choose_grid(const Loaded& loaded) {
+Result<size_t> choose_grid(const Loaded& loaded, const std::string& wanted, const std::string& name) {
   const auto& grids = loaded.grids;
+  const auto named = [&](std::string_view grid) {
+    return static_cast<size_t>(
+        std::find_if(grids.begin(), grids.end(), [&](const auto& g) { return g->getName() == grid; }) - grids.begin());
+  };
+  if (!wanted.empty()) {
+    if (const size_t i = named(wanted); i < grids.size()) return i;
+    std::vector<std::string> names;
+    for (const VdbGridFacts& facts : loaded.facts.grids) names.push_back(facts.name);
+    return input_error(
+        fmt::format("{}: holds no grid '{}' that is read; its grids are {}", name, wanted, fmt::join(names, ", ")));
+  }
   for (size_t i = 0; i < grids.size(); ++i) {
     if (is_block_grid(*grids[i])) return i;
   }
-  for (const char* wanted : {"density", "surface"}) {
-    for (size_t i = 0; i < grids.size(); ++i) {
-      if (grids[i]->getName() == wanted) return i;
-    }
+  for (const char* usual : {"density", "surface"}) {
+    if (const size_t i = named(usual); i < grids.size()) return i;
   }
-  return 0;
+  return size_t{0};
+}
+
+bool is_level_set(const openvdb::GridBase& grid) { return grid.getGridClass() == openvdb::GRID_LEVEL_SET; }
+
+/// Makes the map of a grid one of cubes along the axes, by resampling its values where it must.
+Status straighten(openvdb::GridBase::Ptr& grid, VdbGridFacts& facts, ImportReport& report) {
+  if (maps_to_cubes(*grid)) return {};
+  if (!grid->isType<openvdb::FloatGrid>()) {
+    report.warnings.push_back(
+        fmt::format("the grid '{}' is turned or stretched by its map to the world ({}), which was left out: only float "
+                    "grids are resampled",
+                    facts.name, facts.map));
+    return {};
+  }
+  TRY(const openvdb::FloatGrid::Ptr straight, resampled_to_cubes(static_cast<const openvdb::FloatGrid&>(*grid)));
+  report.warnings.push_back(fmt::format(
+      "the grid '{}' is turned or stretched by its map to the world ({}); its values were resampled at cubes "
+      "of {:g} m",
+      facts.name, facts.map, straight->voxelSize().x()));
+  grid = straight;
+  const openvdb::Vec3d size = grid->voxelSize(), origin = grid->indexToWorld(openvdb::Coord(0));
+  facts.voxel_size = {size.x(), size.y(), size.z()};
+  facts.origin = {origin.x(), origin.y(), origin.z()};
+  return {};
+}
+
+/// Adds a level set or a point grid to the world of `first`, where there is air.
+Status add_part(const openvdb::GridBase& part, const VdbGridFacts& facts, const openvdb::GridBase& first, World& world,
+                Regions& regions) {
+  Block block;
+  block.name = "vdb:" + facts.name;
+  block.albedo = {0.8f, 0.8f, 0.8f};
+  TRY(const BlockId id, world.palette->add(block));
+  openvdb::GridBase::ConstPtr placed = part.copyGrid();
+  std::optional<openvdb::Coord> shift = whole_voxels_between(part, first);
+  if (!shift) {
+    if (part.isType<openvdb::FloatGrid>()) {
+      TRY(placed, resampled_like(static_cast<const openvdb::FloatGrid&>(part), first));
+    } else {
+      return input_error("it lies between the voxels of the first grid, and only float grids are resampled");
+    }
+    shift = openvdb::Coord(0);
+  }
+  Status status;
+  with_tree(*placed, [&](const auto& tree) {
+    using Value = typename std::decay_t<decltype(tree)>::ValueType;
+    const auto solid = [&](const Value& value, bool active) {
+      if constexpr (std::is_floating_point_v<Value>) {
+        if (is_level_set(part)) return value <= 0;
+      }
+      return active;
+    };
+    for (auto value = tree.cbeginValueAll(); value && status.ok(); ++value) {
+      if (!solid(*value, value.isValueOn())) continue;
+      openvdb::CoordBBox box = value.getBoundingBox();
+      box.translate(*shift);
+      if (!inside_world(box.min()) || !inside_world(box.max())) {
+        status = input_error("it reaches past the world's border");
+        break;
+      }
+      if (box.volume() > uint64_t{1} << 24) {
+        status = input_error("it has a tile of more than 2^24 voxels inside");
+        break;
+      }
+      for (auto c = box.begin(); c && status.ok(); ++c) status = regions.set_if_air(voxel(*c), id);
+    }
+  });
+  return status;
+}
+
+/// The layers that were written beside a block grid.
+void read_layers(const Loaded& loaded, const openvdb::GridBase& blocks, World& world) {
+  for (const openvdb::GridBase::Ptr& grid : loaded.grids) {
+    const std::optional<Layer> layer = layer_from_name(grid->getName());
+    if (!layer || !grid->isType<openvdb::FloatGrid>() || whole_voxels_between(*grid, blocks) != openvdb::Coord(0))
+      continue;
+    world.store.make_layer(*layer).grid().grid->setTree(
+        static_cast<const openvdb::FloatGrid&>(*grid).constTree().copy());
+  }
 }
 
 void add_facts(const VdbFacts& facts, const VdbGridFacts& grid, ImportReport& report) {
@@ -197,32 +313,47 @@ void add_facts(const VdbFacts& facts, const VdbGridFacts& grid, ImportReport& re
 
 }  // namespace
 
-Result<World> world_from_vdb(std::span<const uint8_t> bytes, const std::string& name, ImportReport& report) {
-  TRY(const Loaded loaded, load(bytes, name));
+namespace vdb {
+
+Result<World> world_from_grids(Loaded loaded, const std::string& name, const ImportOptions& options,
+                               ImportReport& report) {
   for (const std::string& grid : loaded.unknown)
     report.warnings.push_back(fmt::format("the grid {} is of a type that is not read", grid));
   if (loaded.grids.empty())
     return input_error(fmt::format("{}: holds no grid of a type that is read, only {}", name, loaded.unknown.front()));
-  const size_t chosen = choose_grid(loaded);
-  const openvdb::GridBase& grid = *loaded.grids[chosen];
-  const VdbGridFacts& facts = loaded.facts.grids[chosen];
-  for (size_t i = 0; i < loaded.grids.size(); ++i) {
-    if (i != chosen) {
-      report.warnings.push_back(
-          fmt::format("the grid '{}' was left out; '{}' was read", loaded.facts.grids[i].name, facts.name));
-    }
-  }
+  TRY(const size_t chosen, choose_grid(loaded, options.grid, name));
+  VdbGridFacts& facts = loaded.facts.grids[chosen];
   add_facts(loaded.facts, facts, report);
   World world;
-  Regions regions;
-  const bool blocks = is_block_grid(grid);
+  Regions regions{.most = most_regions(loaded.file_bytes), .built = {}};
+  const bool blocks = is_block_grid(*loaded.grids[chosen]);
+  const auto named = [&](const Error& error, const std::string& grid) {
+    return error.message.starts_with(name) ? error
+                                           : input_error(fmt::format("{}: grid '{}': {}", name, grid, error.message));
+  };
   try {
+    if (!blocks) {
+      const Status status = straighten(loaded.grids[chosen], facts, report);
+      if (!status) return named(status.error(), facts.name);
+    }
+    const openvdb::GridBase& grid = *loaded.grids[chosen];
     const Status status = blocks ? read_blocks(static_cast<const openvdb::Int32Grid&>(grid), name, world, regions)
                                  : read_shape(grid, facts, world, regions);
-    if (!status) {
-      const std::string& message = status.error().message;
-      return message.starts_with(name) ? status.error()
-                                       : input_error(fmt::format("{}: grid '{}': {}", name, facts.name, message));
+    if (!status) return named(status.error(), facts.name);
+    if (blocks) read_layers(loaded, grid, world);
+    for (size_t i = 0; i < loaded.grids.size(); ++i) {
+      if (i == chosen) continue;
+      const openvdb::GridBase& other = *loaded.grids[i];
+      const VdbGridFacts& of_other = loaded.facts.grids[i];
+      if (blocks && layer_from_name(of_other.name)) continue;
+      const bool shape = is_level_set(other) || other.isType<openvdb::points::PointDataGrid>();
+      if (!blocks && shape && options.grid.empty()) {
+        const Status added = add_part(other, of_other, grid, world, regions);
+        if (!added) return named(added.error(), of_other.name);
+        report.facts.emplace_back("and grid", of_other.name);
+      } else {
+        report.warnings.push_back(fmt::format("the grid '{}' was left out; '{}' was read", of_other.name, facts.name));
+      }
     }
   } catch (const std::exception& e) {
     return input_error(fmt::format("{}: grid '{}': {}", name, facts.name, e.what()));
@@ -231,14 +362,19 @@ Result<World> world_from_vdb(std::span<const uint8_t> bytes, const std::string& 
     world.metadata["format"] = "vdb";
     world.metadata["voxel_size_m"] = fmt::format("{:.9g}", facts.voxel_size.x);
     world.metadata["vdb.grid"] = facts.name;
-    const bool moves = facts.origin != Vec3d(0.0);
-    if (moves || facts.map.find("UniformScale") != 0) {
-      report.warnings.push_back(
-          fmt::format("the grid's map to its world ({}) was left out but for the size of a voxel", facts.map));
-    }
+    world.metadata[kOriginKey] = fmt::format("{} {} {}", facts.origin.x, facts.origin.y, facts.origin.z);
+    report.facts.emplace_back("origin", fmt::format("{:g} {:g} {:g}", facts.origin.x, facts.origin.y, facts.origin.z));
   }
   for (auto& [r, region] : regions.built) world.store.adopt(std::move(region));
   return world;
+}
+
+}  // namespace vdb
+
+Result<World> world_from_vdb(std::span<const uint8_t> bytes, const std::string& name, ImportReport& report,
+                             const ImportOptions& options) {
+  TRY(Loaded loaded, load(bytes, name));
+  return world_from_grids(std::move(loaded), name, options, report);
 }
 
 const Format& vdb_format() {
@@ -251,9 +387,10 @@ const Format& vdb_format() {
             return head.size() >= 8 && head[0] == ' ' && head[1] == 'B' && head[2] == 'D' && head[3] == 'V' &&
                    head[4] == 0;
           },
-      .read = [](const std::filesystem::path& path, const ImportOptions&, ImportReport& report) -> Result<World> {
+      .read = [](const std::filesystem::path& path, const ImportOptions& options,
+                 ImportReport& report) -> Result<World> {
         TRY(const std::vector<uint8_t> bytes, read_file(path, kMaxFileBytes));
-        TRY(World world, world_from_vdb(bytes, path.string(), report));
+        TRY(World world, world_from_vdb(bytes, path.string(), report, options));
         if (world.metadata.contains("vdb.grid")) world.metadata.emplace("source", path.filename().string());
         return world;
       },

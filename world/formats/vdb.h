@@ -39,7 +39,8 @@ struct VdbFacts {
 Result<VdbFacts> inspect_vdb(std::span<const uint8_t> bytes, std::string_view name);
 Result<VdbFacts> inspect_vdb(const std::filesystem::path& path);
 
-Result<World> world_from_vdb(std::span<const uint8_t> bytes, const std::string& name, ImportReport& report);
+Result<World> world_from_vdb(std::span<const uint8_t> bytes, const std::string& name, ImportReport& report,
+                             const ImportOptions& options = {});
 const Format& vdb_format();
 
 }  // namespace world

@@ -5,12 +5,15 @@
 
 #include <fmt/format.h>
 
+#include "world/formats/archive/budget.h"
 #include "world/formats/collector.h"
 #include "world/sources/mesh/mesh_shape.h"
 #include "world/sources/sampler.h"
 
 namespace world {
 namespace {
+
+constexpr double kMostWork = 4e9;  // triangles asked about
 
 /// (x, y, z) with z upwards -> (x, z, -y).
 glm::dmat3 y_up_from_z_up() {
@@ -43,6 +46,27 @@ Status check_size(const ShapeBox& bounds, double size, const std::string& name) 
                   name, size, furthest));
 }
 
+/// Whether sampling ends in some seconds. A voxel near the surface is asked which triangles lie before it; where a few
+/// damaged ones span the whole box, that is all of them for each voxel of the box.
+Status check_work(const TriangleMesh& mesh, const ShapeBox& bounds, double size, const std::string& name) {
+  const auto cells = [size](const Vec3d& extent) { return extent / size + 2.0; };
+  const Vec3d whole = cells(bounds.max - bounds.min);
+  double boxes = 0, across = 0;
+  for (const glm::uvec3& t : mesh.triangles) {
+    ShapeBox box;
+    for (int k = 0; k < 3; ++k) box.include(Vec3d(mesh.positions[t[k]]));
+    const Vec3d n = cells(box.max - box.min);
+    boxes += n.x * n.y * n.z;
+    across += n.y * n.z;
+  }
+  const double voxels = std::min(boxes, whole.x * whole.y * whole.z), depth = across / (whole.y * whole.z);
+  if (voxels * std::max(1.0, depth) < kMostWork) return {};
+  return input_error(
+      fmt::format("{}: its triangles are so large and so many that sampling them does not end; the file may "
+                  "be damaged, or give a larger --metres-per-voxel",
+                  name));
+}
+
 Result<World> sampled_world(const Shape& shape, const std::string& block, const glm::dmat3& turn,
                             const Sampling& sampling, const std::string& name) {
   World world;
@@ -73,6 +97,7 @@ Result<World> world_from_mesh(const TriangleMesh& mesh, const MeshFileFacts& fac
                     .supersampling = options.supersampling,
                     .coverage = options.coverage};
   TRY_STATUS(check_size(bounds, sampling.voxel_size_m, name));
+  TRY_STATUS(check_work(mesh, bounds, sampling.voxel_size_m, name));
   MeshShapeReport shape_report;
   const auto shape =
       mesh_shape(mesh, {.shell = options.shell, .thickness = options.shell ? sampling.voxel_size_m : 0}, shape_report);
@@ -102,8 +127,8 @@ Result<World> world_from_mesh(const TriangleMesh& mesh, const MeshFileFacts& fac
   return world;
 }
 
-Result<World> world_from_points(const PointSet& points, const std::string& name, const std::string& stem,
-                                const ImportOptions& options, ImportReport& report) {
+Result<World> world_from_points(const PointSet& points, uint64_t file_bytes, const std::string& name,
+                                const std::string& stem, const ImportOptions& options, ImportReport& report) {
   ShapeBox bounds;
   Vec3d sum(0.0);
   for (const Vec3d& p : points.positions) bounds.include(p), sum += p;
@@ -118,16 +143,18 @@ Result<World> world_from_points(const PointSet& points, const std::string& name,
     TRY(world, sampled_world(*shape, block, z_up ? y_up_from_z_up() : glm::dmat3(1.0), sampling, name));
   } else {
     TRY(const BlockId id, white_block(world, block));
-    VoxelCollector collector;
+    MemoryBudget budget(file_bytes);
+    (void)budget.take(file_bytes + points.positions.capacity() * sizeof(Vec3d));
+    VoxelCollector collector(&budget);
     for (const Vec3d& p : points.positions) {
       const Vec3d f = glm::floor(p / size);
       const VoxelPos v{static_cast<int32_t>(f.x), static_cast<int32_t>(z_up ? f.z : f.y),
                        static_cast<int32_t>(z_up ? -f.y - 1 : f.z)};
       if (!collector.set(v, id))
         return input_error(
-            fmt::format("{}: its points are scattered over more than {} cubes of 8^3 voxels; give a larger "
-                        "--metres-per-voxel",
-                        name, VoxelCollector::kMaxLeaves));
+            fmt::format("{}: its points are scattered over more voxels than a file of its size may take; give "
+                        "a larger --metres-per-voxel",
+                        name));
     }
     collector.move_into(world.store);
   }

@@ -21,7 +21,7 @@ Result<World> world_from_mesh(const TriangleMesh& mesh, const MeshFileFacts& fac
 
 /// Each voxel that a point lies in, of the block "points:NAME"; with options.point_radius_m, balls around the points.
 /// Scanners have z upwards: a point (x, y, z) of the file lies at (x, z, -y), unless the options say that y is up.
-Result<World> world_from_points(const PointSet& points, const std::string& name, const std::string& stem,
-                                const ImportOptions& options, ImportReport& report);
+Result<World> world_from_points(const PointSet& points, uint64_t file_bytes, const std::string& name,
+                                const std::string& stem, const ImportOptions& options, ImportReport& report);
 
 }  // namespace world

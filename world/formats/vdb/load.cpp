@@ -123,7 +123,7 @@ Result<Loaded> load_here(std::span<const uint8_t> bytes, std::string_view name) 
   initialize_openvdb();
   SpanBuffer buffer({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   std::istream in(&buffer);
-  Loaded loaded{.facts = std::move(facts), .grids = {}, .unknown = {}};
+  Loaded loaded{.facts = std::move(facts), .grids = {}, .unknown = {}, .file_bytes = bytes.size()};
   try {
     openvdb::io::Stream stream(in, /*delayLoad=*/false);
     const openvdb::GridPtrVecPtr grids = stream.getGrids();
@@ -144,12 +144,11 @@ Result<Loaded> load_here(std::span<const uint8_t> bytes, std::string_view name) 
           !std::isfinite(glm::dot(of_grid.origin, of_grid.origin))) {
         return input_error(fmt::format("{}: grid '{}': its map to the world is not finite", name, of_grid.name));
       }
-      Status status;
-      const bool known = with_tree(*grid, [&](const auto& tree) { status = survey(tree, of_grid); });
-      if (!status)
+      const Result<bool> known = survey_grid(*grid, of_grid);
+      if (!known)
         return input_error(fmt::format("{}: grid '{}', before byte {}: {}", name, of_grid.name, buffer.position(),
-                                       status.error().message));
-      if (!known) {
+                                       known.error().message));
+      if (!*known) {
         loaded.unknown.push_back(of_grid.name + " (" + of_grid.type + ")");
         continue;
       }
@@ -166,10 +165,17 @@ Result<Loaded> load_here(std::span<const uint8_t> bytes, std::string_view name) 
 
 }  // namespace
 
+Result<bool> survey_grid(const openvdb::GridBase& grid, VdbGridFacts& facts) {
+  Status status;
+  const bool known = with_tree(grid, [&](const auto& tree) { status = survey(tree, facts); });
+  if (!status) return status.error();
+  return known;
+}
+
 Result<Loaded> load(std::span<const uint8_t> bytes, std::string_view name) {
   if (const Result<VdbFacts> header = read_header(bytes, name); !header) return header.error();
   initialize_openvdb();
-  const TrialLimits limits{.memory_bytes = (uint64_t{256} << 20) + 256 * bytes.size(),
+  const TrialLimits limits{.memory_bytes = (uint64_t{256} << 20) + 16 * bytes.size(),
                            .cpu_seconds = 2 + static_cast<unsigned>(bytes.size() >> 20)};
   const Status tried = try_in_child(limits, [&]() -> Status {
     const ThreadLimit one(1);  // the pool's threads are not in the child

@@ -1,4 +1,4 @@
-// Writing a world as one grid of block ids.
+// Writing a world as a grid of block ids and one for each further layer.
 #include "world/formats/vdb/grids.h"
 
 #include <cmath>
@@ -27,28 +27,59 @@ std::string uuid_of(const Store& store) {
                      b & 0xffffffffffff);
 }
 
+/// Indices to metres: what the file that the world came from said, else voxels that begin at their low corner.
+openvdb::math::Transform::Ptr transform_of(const World& world) {
+  double size = 1;
+  if (const auto known = world.metadata.find("voxel_size_m"); known != world.metadata.end()) {
+    const double value = std::strtod(known->second.c_str(), nullptr);
+    if (std::isfinite(value) && value > 1e-9 && value < 1e9) size = value;
+  }
+  const auto transform = openvdb::math::Transform::createLinearTransform(size);
+  // OpenVDB's index points are the middles of voxels.
+  openvdb::Vec3d origin(0.5 * size);
+  if (const auto known = world.metadata.find(kOriginKey); known != world.metadata.end()) {
+    openvdb::Vec3d read;
+    if (std::sscanf(known->second.c_str(), "%lf %lf %lf", &read[0], &read[1], &read[2]) == 3 && read.isFinite())
+      origin = read;
+  }
+  transform->postTranslate(origin);
+  return transform;
+}
+
 }  // namespace
+
+openvdb::GridCPtrVec grids_from_world(const World& world) {
+  const auto transform = transform_of(world);
+  auto grid = openvdb::Int32Grid::create(int32_from_store(world.store));
+  grid->setName(kBlockGrid);
+  grid->setCreator("Loam");
+  grid->setTransform(transform);
+  for (size_t id = 0; id < world.palette->size(); ++id) {
+    grid->insertMeta(kBlockKey + std::to_string(id),
+                     openvdb::StringMetadata(toml_from_block((*world.palette)[static_cast<BlockId>(id)])));
+  }
+  for (const auto& [key, value] : world.metadata) grid->insertMeta(kAboutKey + key, openvdb::StringMetadata(value));
+  grid->addStatsMetadata();
+  openvdb::GridCPtrVec grids{grid};
+  for (const LayerRow& row : layer_rows()) {
+    const Layer layer = *layer_from_name(row.name);
+    const FloatLayer* values = row.name == "block" ? nullptr : world.store.find_layer(layer);
+    if (!values) continue;
+    const auto of_layer =
+        openvdb::FloatGrid::create(std::make_shared<openvdb::FloatTree>(values->grid().grid->constTree()));
+    of_layer->setName(std::string(row.name));
+    of_layer->setTransform(transform);
+    if (layer == Layer::density) of_layer->setGridClass(openvdb::GRID_FOG_VOLUME);
+    of_layer->addStatsMetadata();
+    grids.push_back(of_layer);
+  }
+  return grids;
+}
 
 Status write_vdb(const World& world, const std::filesystem::path& path) {
   initialize_openvdb();
   try {
-    auto grid = openvdb::Int32Grid::create(int32_from_store(world.store));
-    grid->setName(kBlockGrid);
-    grid->setCreator("Loam");
-    // OpenVDB's index points are the middles of voxels; ours begin at their low corner.
-    double size = 1;
-    if (const auto known = world.metadata.find("voxel_size_m"); known != world.metadata.end()) {
-      const double value = std::strtod(known->second.c_str(), nullptr);
-      if (std::isfinite(value) && value > 1e-9 && value < 1e9) size = value;
-    }
-    grid->setTransform(openvdb::math::Transform::createLinearTransform(size));
-    grid->transform().postTranslate(openvdb::Vec3d(0.5 * size));
-    for (size_t id = 0; id < world.palette->size(); ++id) {
-      grid->insertMeta(kBlockKey + std::to_string(id),
-                       openvdb::StringMetadata(toml_from_block((*world.palette)[static_cast<BlockId>(id)])));
-    }
-    for (const auto& [key, value] : world.metadata) grid->insertMeta(kAboutKey + key, openvdb::StringMetadata(value));
-    grid->addStatsMetadata();
+    const openvdb::GridCPtrVec grids = grids_from_world(world);
     openvdb::MetaMap about_file;
     about_file.insertMeta("creator", openvdb::StringMetadata("Loam"));
 
@@ -57,7 +88,7 @@ Status write_vdb(const World& world, const std::filesystem::path& path) {
     if (!out) return input_error(fmt::format("{}: cannot write: {}", path.string(), std::strerror(errno)));
     openvdb::io::Stream stream(out);
     stream.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
-    stream.write(openvdb::GridCPtrVec{grid}, about_file);
+    stream.write(grids, about_file);
     out.seekp(static_cast<std::streamoff>(kUuidOffset));
     out << uuid_of(world.store);
     out.close();
