@@ -1,0 +1,48 @@
+/// The surface of a world as a mesh in a file: .obj, .ply, .glb.
+///
+/// One file a format in render/export/; it lies here because the faces are those that are drawn (render/extract, merged
+/// into rectangles). Faces between two opaque voxels, and of cavities that nothing can see, are not there unless kept.
+/// Units are metres: the world's voxel_size_m a voxel.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "world/world.h"
+
+namespace render {
+
+/// Rectangles of voxel faces, block by block.
+struct BlockSurface {
+  world::BlockId block = 0;
+  std::vector<std::array<uint32_t, 4>> quads;  // vertices, counter-clockwise seen from outside
+  std::vector<uint8_t> faces;                  // by quad: its direction, world::Face
+};
+struct Surface {
+  const world::BlockPalette* palette = nullptr;  // the world's, which must live as long
+  std::vector<world::VoxelPos> vertices;  // corners of voxels, each once a block
+  std::vector<BlockSurface> blocks;       // by id
+  double voxel_size_m = 1;
+};
+/// `merged`: rectangles as large as they go; else a square a voxel face.
+Surface surface_of(const world::World& world, bool merged = true);
+
+struct SurfaceFormat {
+  std::string name;
+  std::string extension;  // ".obj"
+  std::string what;       // one line for help
+  world::Result<std::string> (*encode)(const Surface& surface);
+};
+/// One a file of render/export/, sorted by name.
+const std::vector<SurfaceFormat>& surface_formats();
+/// By extension; null where it is none of these.
+const SurfaceFormat* surface_format_for(const std::filesystem::path& path);
+/// Writes beside the target, syncs, and renames over it.
+world::Status write_surface(const world::World& world, const SurfaceFormat& format, const std::filesystem::path& path);
+
+/// The block's colour as displays want it: sRGB, 0..255. What emits without an albedo has the colour of its light.
+std::array<uint8_t, 3> display_colour(const world::Block& block);
+
+}  // namespace render
