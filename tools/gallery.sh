@@ -28,3 +28,7 @@ picture test-transform "$data/vox/test-transform.vox"
 picture church "$data/vox/scene_church1.vox"
 picture andorra "$data/dem/N42E001.hgt"
 picture smoke "$data/vdb/smoke.vdb"
+picture shapes shapes
+picture bunny "$data/mesh/stanford-bunny.obj"
+picture lidar "$data/points/target.ply"
+picture saint-helens "$data/dem/SainteHelens.dem"

@@ -22,8 +22,8 @@ struct BlockSurface {
 };
 struct Surface {
   const world::BlockPalette* palette = nullptr;  // the world's, which must live as long
-  std::vector<world::VoxelPos> vertices;  // corners of voxels, each once a block
-  std::vector<BlockSurface> blocks;       // by id
+  std::vector<world::VoxelPos> vertices;         // corners of voxels, each once a block
+  std::vector<BlockSurface> blocks;              // by id
   double voxel_size_m = 1;
 };
 /// `merged`: rectangles as large as they go; else a square a voxel face.

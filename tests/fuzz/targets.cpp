@@ -8,7 +8,6 @@
 #include <zlib.h>
 #include <zstd.h>
 
-#include "tests/fuzz/field_targets.h"
 #include "world/base/file.h"
 #include "world/formats/archive/inflate.h"
 #include "world/formats/format.h"
@@ -353,34 +352,29 @@ std::vector<Bytes> with(std::vector<Bytes> first, std::vector<Bytes> more) {
 }  // namespace
 
 const std::vector<Target>& targets() {
-  static const std::vector<Target> all = [] {
-    std::vector<Target> targets = {
-        {"mca_chunk", "r.0.0.mca", region_of_chunk, chunk_seeds},
-        {"mca_file", "r.0.0.mca", identity, region_seeds},
-        {"schem", "a.schem", identity, [] { return with({small_schem()}, inflated_shared_files("schem", ".schem")); }},
-        {"schematic", "a.schematic", identity,
-         [] { return with({small_schematic()}, inflated_shared_files("schem", ".schematic")); }},
-        {"litematic", "a.litematic", identity,
-         [] { return with({small_litematic()}, inflated_shared_files("schem", ".litematic")); }},
-        {"gzip", "a.schem", identity, [] { return small_shared_files("schem", ".schem"); }},
-        {"luanti_block", "a.sqlite", database_of_block, [] { return std::vector<Bytes>{small_block()}; }},
-        {"luanti_file", "a.sqlite", identity, [] { return std::vector<Bytes>{database_of_block(small_block())}; }},
-        {"mts", "a.mts", mts_of_parts, mts_seeds},
-        {"qb", "a.qb", identity,
-         [] {
-           return with({small_qb(false), small_qb(true)}, small_shared_files("qb", ".qb"));
-         }},
-        {"vox", "a.vox", identity,
-         [] {
-           std::vector<Bytes> files = small_shared_files("vox", ".vox");
-           std::erase_if(files, [](const Bytes& b) { return b.size() < 4 || b[0] != 'V'; });  // one is no .vox at all
-           return with({small_vox()}, std::move(files));
-         }},
-    };
-    std::vector<Target> of_fields = field_targets();
-    std::move(of_fields.begin(), of_fields.end(), std::back_inserter(targets));
-    return targets;
-  }();
+  static const std::vector<Target> all = {
+      {"mca_chunk", "r.0.0.mca", region_of_chunk, chunk_seeds},
+      {"mca_file", "r.0.0.mca", identity, region_seeds},
+      {"schem", "a.schem", identity, [] { return with({small_schem()}, inflated_shared_files("schem", ".schem")); }},
+      {"schematic", "a.schematic", identity,
+       [] { return with({small_schematic()}, inflated_shared_files("schem", ".schematic")); }},
+      {"litematic", "a.litematic", identity,
+       [] { return with({small_litematic()}, inflated_shared_files("schem", ".litematic")); }},
+      {"gzip", "a.schem", identity, [] { return small_shared_files("schem", ".schem"); }},
+      {"luanti_block", "a.sqlite", database_of_block, [] { return std::vector<Bytes>{small_block()}; }},
+      {"luanti_file", "a.sqlite", identity, [] { return std::vector<Bytes>{database_of_block(small_block())}; }},
+      {"mts", "a.mts", mts_of_parts, mts_seeds},
+      {"qb", "a.qb", identity,
+       [] {
+         return with({small_qb(false), small_qb(true)}, small_shared_files("qb", ".qb"));
+       }},
+      {"vox", "a.vox", identity,
+       [] {
+         std::vector<Bytes> files = small_shared_files("vox", ".vox");
+         std::erase_if(files, [](const Bytes& b) { return b.size() < 4 || b[0] != 'V'; });  // one is no .vox at all
+         return with({small_vox()}, std::move(files));
+       }},
+  };
   return all;
 }
 

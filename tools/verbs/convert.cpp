@@ -6,6 +6,7 @@
 
 #include "tools/progress.h"
 #include "tools/json_text.h"
+#include "render/export/export.h"
 #include "tools/verb.h"
 #include "world/base/text.h"
 #include "world/formats/format.h"
@@ -38,10 +39,16 @@ world::Result<int> run_convert(ConvertOptions options) {
     options.import.window = {options.window[0], options.window[1], options.window[2], options.window[3]};
   }
   // Before the work: an output that cannot be written should not cost an import.
-  TRY(const world::Format* const writer, world::format_for_writing(options.output));
+  const render::SurfaceFormat* const surface = render::surface_format_for(options.output);
+  const world::Format* writer = nullptr;
+  if (!surface) {
+    const world::Result<const world::Format*> found = world::format_for_writing(options.output);
+    if (!found) return world::usage_error(found.error().message + "; and surfaces, as .obj, .ply or .glb");
+    writer = *found;
+  }
   world::ImportReport report;
   TRY(world::Scene scene, world::load_scene(options.input));
-  scene.import_options = options.import;
+  if (scene.file == options.input) scene.import_options = options.import;  // else it is a scene, with its own
   Progress progress;
   progress.stage("reading " + options.input);
   TRY(world::World world, world::build_world(scene, report));
@@ -49,7 +56,7 @@ world::Result<int> run_convert(ConvertOptions options) {
     return world::input_error(options.input + ": " + std::to_string(report.unmapped.size()) +
                               " kinds of block have no match, the first is \"" + report.unmapped.begin()->first +
                               "\": map them or leave --strict out");
-  if (writer->losses) {
+  if (writer && writer->losses) {
     for (const std::string& lost : writer->losses(world)) {
       if (options.import.strict)
         return world::input_error(options.output + ": " + lost + "; leave --strict out to write it so");
@@ -57,7 +64,8 @@ world::Result<int> run_convert(ConvertOptions options) {
     }
   }
   progress.stage("writing " + options.output);
-  TRY_STATUS(world::write_world(world, options.output));
+  TRY_STATUS(surface ? render::write_surface(world, *surface, options.output)
+                     : world::write_world(world, options.output));
   progress.stage("");
   if (options.json) {
     nlohmann::json j{

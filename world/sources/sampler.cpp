@@ -1,10 +1,7 @@
 #include "world/sources/sampler.h"
 
 #include <algorithm>
-#include <array>
-#include <atomic>
 #include <cmath>
-#include <mutex>
 
 #include <fmt/format.h>
 #include <glm/matrix.hpp>
@@ -244,7 +241,6 @@ Result<SamplingReport> sample_shape(Store& store, const Shape& shape, const Plac
   total.queries = search.report().queries;
 
   std::vector<SamplingReport> reports(regions.size());
-  std::mutex adopting;
   const std::vector<RegionPos> held = store.regions();
   constexpr size_t kBatch = 64;  // regions built before any is adopted: reading the store while it is edited is a bug
   for (size_t first = 0; first < regions.size(); first += kBatch) {

@@ -153,7 +153,8 @@ void add_suite_formats(Registry& registry) {
                 .unit = "M blocks/s",
                 .scale = 1e6,
                 .prepare = prepare_region});
-  for (const auto& [name, extension] : {std::pair{"vox", ".vox"}, std::pair{"schem", ".schem"}})
+  for (const auto& [name, extension] :
+       {std::pair{"vox", ".vox"}, std::pair{"schem", ".schem"}, std::pair{"vdb", ".vdb"}, std::pair{"nvdb", ".nvdb"}})
     for (const bool reading : {true, false})
       registry.add(
           {.name = fmt::format("{}_{}", name, reading ? "read" : "write"),
