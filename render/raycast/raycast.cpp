@@ -34,6 +34,8 @@ constexpr int kTile = 8;  // 64 pixels: a packet of rays, each 16 of which are a
 /// Pixel of a full tile by the order of its rays: bits of column and row in turn.
 constexpr int column_of(int i) { return (i & 1) | (i >> 1 & 2) | (i >> 2 & 4); }
 constexpr int row_of(int i) { return column_of(i >> 1); }
+/// Cast at once: what packets and lanes share is set up once for them.
+constexpr int kTilesAtOnce = 8;
 constexpr int kLargestPicture = 16384;  // pixels a side, as the rasterizer's
 
 using Clock = std::chrono::steady_clock;
@@ -78,7 +80,8 @@ class Picture {
     world::StoreReader reader(view_.store());
     Spent spent;
     for (size_t row = begin; row < end; ++row)
-      for (int x = 0; x < image_.width; x += kTile) render_tile(reader, x, static_cast<int>(row) * kTile, spent);
+      for (int x = 0; x < image_.width; x += kTilesAtOnce * kTile)
+        render_tiles(reader, x, static_cast<int>(row) * kTile, spent);
     return spent;
   }
 
@@ -94,16 +97,19 @@ class Picture {
     }
   };
 
-  void render_tile(world::StoreReader& reader, int x0, int y0, Spent& spent) const {
-    const int x1 = std::min(x0 + kTile, image_.width), y1 = std::min(y0 + kTile, image_.height);
-    int pixel_x[kTile * kTile], pixel_y[kTile * kTile], count = 0;
-    for (int i = 0; i < kTile * kTile; ++i)
-      if (const int x = x0 + column_of(i), y = y0 + row_of(i); x < x1 && y < y1)
-        pixel_x[count] = x, pixel_y[count++] = y;
-    GridRay rays[kTile * kTile];
-    GridHit hits[kTile * kTile];
-    Vec3d normals[kTile * kTile];  // of contours, where there are any; 0 on faces
-    bool sunlit[kTile * kTile];
+  /// Up to kTilesAtOnce tiles of a row, side by side.
+  void render_tiles(world::StoreReader& reader, int x0, int y0, Spent& spent) const {
+    constexpr int kMost = kTilesAtOnce * kTile * kTile;
+    const int x1 = std::min(x0 + kTilesAtOnce * kTile, image_.width), y1 = std::min(y0 + kTile, image_.height);
+    int pixel_x[kMost], pixel_y[kMost], count = 0;
+    for (int tile = x0; tile < x1; tile += kTile)
+      for (int i = 0; i < kTile * kTile; ++i)
+        if (const int x = tile + column_of(i), y = y0 + row_of(i); x < x1 && y < y1)
+          pixel_x[count] = x, pixel_y[count++] = y;
+    GridRay rays[kMost];
+    GridHit hits[kMost];
+    Vec3d normals[kMost];  // of contours, where there are any; 0 on faces
+    bool sunlit[kMost];
     LeafCache blocks{reader};
 
     auto start = Clock::now();
@@ -111,13 +117,13 @@ class Picture {
       GridRay& ray = rays[i];
       ray = {camera_, rays_.direction(pixel_x[i] + 0.5, pixel_y[i] + 0.5)};
       // The limit in t: the camera's rays have unit depth, not unit length.
-      ray.t_max = std::min(knobs_.view_distance / glm::length(ray.direction), std::numeric_limits<double>::max());
+      if (std::isfinite(knobs_.view_distance)) ray.t_max = knobs_.view_distance / glm::length(ray.direction);
     }
     if (inside_)
       for (int i = 0; i < count; ++i) hits[i] = cast_from_inside(rays[i], blocks);
     else
       (contours_ ? contours_->cells : occupied_rays_).first_set_coherent({rays, size_t(count)}, {hits, size_t(count)});
-    if (contours_) std::fill(std::begin(normals), std::end(normals), Vec3d(0.0));
+    if (contours_) std::fill_n(normals, count, Vec3d(0.0));
     if (contours_ && !inside_)
       for (int i = 0; i < count; ++i) {
         const world::ContourHit hit = contours_->walker.first_hit_from(rays[i], hits[i]);
@@ -127,7 +133,7 @@ class Picture {
     spent.primary_ms += ms_since(start);
 
     start = Clock::now();
-    std::fill(std::begin(sunlit), std::end(sunlit), true);
+    std::fill_n(sunlit, count, true);
     if (knobs_.sun_shadow == SunShadow::ray) cast_shadows(rays, hits, normals, count, sunlit, spent);
     spent.shadow_ms += ms_since(start);
 
@@ -174,9 +180,9 @@ class Picture {
   void cast_shadows(const GridRay* rays, const GridHit* hits, const Vec3d* normals, int count, bool* sunlit,
                     Spent& spent) const {
     if (contours_ && !inside_) return cast_contour_shadows(rays, hits, normals, count, sunlit, spent);
-    GridRay to_sun[kTile * kTile];
-    uint8_t blocked[kTile * kTile];
-    int pixel[kTile * kTile];
+    GridRay to_sun[kTilesAtOnce * kTile * kTile];
+    uint8_t blocked[kTilesAtOnce * kTile * kTile];
+    int pixel[kTilesAtOnce * kTile * kTile];
     size_t sent = 0;
     for (int i = 0; i < count; ++i) {
       if (!hits[i].hit() || !shading_.sun_faces[hits[i].face]) continue;
