@@ -116,7 +116,8 @@ struct TomlState {
       const std::optional<double> value = node.is_number() ? node.value<double>() : std::optional<double>();
       if (!value) return expected(node, key, "a number"), false;
       if (!range.contains(*value) || !std::isfinite(static_cast<T>(*value)))
-        return fail(node.source().begin, "'" + key + "' is " + number_text(*value) + ", but must be " + range.text()),
+        return fail(node.source().begin, "'" + key + "' is " + number_text(*value) + ", but must be " +
+                                             (std::isinf(*value) ? "finite and " : "") + range.text()),
                false;
       out = static_cast<T>(*value);
     }
@@ -219,6 +220,17 @@ bool TomlTable::read(std::string_view key, std::vector<std::string>& out) {
     if (!value) return state_->expected(element, key, "an array of strings"), false;
     values.push_back(*value);
   }
+  out = std::move(values);
+  return true;
+}
+
+bool TomlTable::read(std::string_view key, std::vector<double>& out, NumberRange range) {
+  const toml::node* node = state_->take(index_, key);
+  if (!node) return false;
+  const toml::array* array = node->as_array();
+  if (!array) return state_->expected(*node, key, "an array of numbers"), false;
+  std::vector<double> values(array->size());
+  if (!state_->read_numbers(index_, key, std::span<double>(values), range)) return false;
   out = std::move(values);
   return true;
 }

@@ -63,6 +63,8 @@ class TomlTable {
   bool read(std::string_view key, std::span<float> out, NumberRange range = {});
   bool read(std::string_view key, std::span<int32_t> out, NumberRange range = {});
   bool read(std::string_view key, std::vector<std::string>& out);
+  /// Any number of numbers.
+  bool read(std::string_view key, std::vector<double>& out, NumberRange range = {});
   /// One of the choices, as its index.
   bool read_choice(std::string_view key, int& out, std::span<const std::string_view> choices);
   /// read(), and a problem where the key is missing.

@@ -47,6 +47,14 @@ class MeshBuilder {
   bool all_have_textures_ = true, all_have_normals_ = true;
 };
 
+/// Of 12 numbers a quad: corners counter-clockwise seen from outside. Fails where none has an area.
+Result<TriangleMesh> quads_mesh(std::span<const double> quads, std::string_view where, MeshReport& report);
+/// The profile's points (radius, height), two numbers each, turned round the y axis in so many steps. What lies to the
+/// right of the profile's way (radius to the right, height up) is outside. Normals are those of the round surface;
+/// where the profile turns by more than 35 degrees it has an edge.
+Result<TriangleMesh> revolved_mesh(std::span<const double> profile, int steps, std::string_view where,
+                                   MeshReport& report);
+
 Result<TriangleMesh> read_obj(std::span<const uint8_t> bytes, std::string_view file, MeshReport& report,
                               MeshFileFacts* facts = nullptr);
 Result<TriangleMesh> read_ply(std::span<const uint8_t> bytes, std::string_view file, MeshReport& report,

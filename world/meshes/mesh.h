@@ -1,4 +1,4 @@
-/// Triangle meshes that stand in a world beside its voxels: a [[mesh]] of a scene, from a file.
+/// Triangle meshes that stand in a world beside its voxels: a [[mesh]] of a scene, from a file or spelt out there.
 #pragma once
 
 #include <filesystem>
@@ -33,7 +33,7 @@ Result<TriangleMesh> read_mesh_file(const std::filesystem::path& path, MeshRepor
 /// A mesh put into the world: world = position + transform * mesh.
 struct MeshInstance {
   std::string name;
-  std::string file;  // as the scene says it
+  std::string file;  // as the scene says it; empty where it spells the shape out
   std::shared_ptr<const TriangleMesh> mesh;
   WorldPoint position;
   glm::dmat3 transform{1.0};    // columns: images of the mesh's axes
@@ -52,7 +52,11 @@ struct MeshInstance {
 
 /// `folder` is where relative files lie. Reads the file too; what is wrong is noted in the table's document.
 ///
-///   file = "sphere.obj"        required: .obj or .ply
+///   file = "sphere.obj"        .obj or .ply; one of file, quads and revolve is required
+///   quads = [x, y, z, ...]     m; four corners each, counter-clockwise seen from outside
+///   revolve = [r, y, ...]      m; a profile of radii and heights, turned round the y axis: outside is to the right of
+///                              its way, so a closed body's goes from the lowest point of the axis to the highest
+///   steps = 96                 3 to 4096: around the axis, of revolve
 ///   name = "sphere"            the file's name without folder and extension where missing
 ///   position = [x, y, z]       m; within the world's border
 ///   scale = 2 or [x, y, z]     each not 0; below 0 mirrors
@@ -62,7 +66,7 @@ struct MeshInstance {
 ///   null_surface = true        rays pass through it; it bounds interior_medium
 ///   interior_medium = "fog"    name of a [[medium]]
 ///   radiance = [r, g, b]       W/(m^2 sr), >= 0, of the front side
-///   smooth = true              interpolated normals; the file must have normals
+///   smooth = true              interpolated normals, which the file must have; revolve has them
 ///   checker_block, checkers    a second material, and squares along u and v, each > 0; need texture coordinates
 MeshInstance read_mesh(TomlTable& table, VoxelPos offset, const std::filesystem::path& folder);
 

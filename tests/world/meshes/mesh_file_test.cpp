@@ -365,7 +365,26 @@ TEST(MeshOfAScene, ScaleThenRotationsAboutXYZThenPosition) {
 TEST(MeshOfAScene, WhatIsWrongIsOneSentenceWithFileLineAndColumn) {
   const std::string good = "file = \"square.obj\"\nblock = \"b\"\n";
   const std::pair<std::string, std::string> wrong[] = {
-      {"block = \"b\"\n", "s.toml:1:1: the key 'file' is missing"},
+      {"block = \"b\"\n",
+       "s.toml:1:1: a mesh needs one of file = \"...\", quads = [x, y, z, ...] and revolve = [r, y, ...]"},
+      {good + "revolve = [0, 0, 1, 1]\n",
+       "s.toml:1:1: a mesh needs one of file = \"...\", quads = [x, y, z, ...] and revolve = [r, y, ...]"},
+      {good + "steps = 8\n", "s.toml:4:9: 'steps' needs 'revolve'"},
+      {"quads = [0, 0, 0, 1]\nblock = \"b\"\n",
+       "s.toml:2:9: 'quads' has 4 numbers, but must have 12 for each quad, at least one"},
+      {"quads = []\nblock = \"b\"\n",
+       "s.toml:2:9: 'quads' has 0 numbers, but must have 12 for each quad, at least one"},
+      {"quads = [0, 0, 0, 1, 0, 0, 2, 0, 0, 3, 0, 0]\nblock = \"b\"\n",
+       "s.toml:2:9: quads: the mesh is empty: none of its 2 triangles has an area"},
+      {"quads = [0, 0, 0, 1, 0, 0, 1, 1, 0, 0, inf, 0]\nblock = \"b\"\n",
+       "s.toml:2:41: 'quads[10]' is inf, but must be finite and in [-1e+06, 1e+06]"},
+      {"quads = [0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0]\nblock = \"b\"\nsmooth = true\n",
+       "s.toml:4:10: a mesh of quads has no normals to shade smoothly with"},
+      {"revolve = [1, 0, 1]\nblock = \"b\"\n",
+       "s.toml:2:11: 'revolve' has 3 numbers, but must have two for each of at least two points"},
+      {"revolve = [1, 0, -1, 2]\nblock = \"b\"\n", "s.toml:2:11: 'revolve[2]' is -1, but a radius must be at least 0"},
+      {"revolve = [1, 0, 1, 2]\nsteps = 2\nblock = \"b\"\n", "s.toml:3:9: 'steps' is 2, but must be in [3, 4096]"},
+      {"revolve = [0, 0, 0, 2]\nblock = \"b\"\n", "s.toml:2:11: revolve: the mesh is empty: it has no face"},
       {"file = \"square.obj\"\n",
        "s.toml:1:1: a mesh needs block = \"...\" (its material), radiance = [r, g, b] or null_surface = true"},
       {good + "scale = 0\n", "s.toml:4:9: 'scale' must not be 0"},
@@ -391,6 +410,63 @@ TEST(MeshOfAScene, WhatIsWrongIsOneSentenceWithFileLineAndColumn) {
   EXPECT_EQ(ReadMesh("file = \"none.obj\"\nblock = \"b\"\n").error().find("s.toml:2:8: "), 0u);
   EXPECT_NE(ReadMesh("file = \"a.stl\"\nblock = \"b\"\n").error().find("a mesh is an .obj or a .ply file"),
             std::string::npos);
+}
+
+TEST(MeshOfAScene, AnEmptyFileIsNamedWithTheKey) {
+  const std::string keys = "block = \"b\"\nfile = \"square.obj\"\n";
+  for (const char* text : {"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n"}) {
+    const std::string error = ReadMesh(keys, text).error();
+    EXPECT_EQ(error.find("s.toml:3:8: "), 0u) << error;
+    EXPECT_NE(error.find("square.obj: the mesh is empty"), std::string::npos) << error;
+  }
+}
+
+/// Volume within closed triangles, by the divergence theorem: above 0 where they are counter-clockwise from outside.
+double volume(const TriangleMesh& mesh) {
+  double sum = 0;
+  for (const glm::uvec3& t : mesh.triangles)
+    sum += dot(Vec3d(mesh.positions[t[0]]), cross(Vec3d(mesh.positions[t[1]]), Vec3d(mesh.positions[t[2]]))) / 6;
+  return sum;
+}
+
+TEST(MeshOfAScene, QuadsAreTakenAsTheyStand) {
+  // A unit cube.
+  const ReadMesh read(
+      "block = \"b\"\nname = \"cube\"\nquads = [\n 0,0,0, 0,0,1, 0,1,1, 0,1,0,\n 1,0,0, 1,1,0, 1,1,1, 1,0,1,\n"
+      " 0,0,0, 1,0,0, 1,0,1, 0,0,1,\n 0,1,0, 0,1,1, 1,1,1, 1,1,0,\n 0,0,0, 0,1,0, 1,1,0, 1,0,0,\n"
+      " 0,0,1, 1,0,1, 1,1,1, 0,1,1,\n]\n");
+  ASSERT_EQ(read.error(), "");
+  EXPECT_EQ(read.mesh.name, "cube");
+  EXPECT_EQ(read.mesh.mesh->triangles.size(), 12u);
+  EXPECT_DOUBLE_EQ(volume(*read.mesh.mesh), 1);
+}
+
+TEST(MeshOfAScene, AProfileTurnedRoundTheAxisIsABodyWithTheNormalsOfItsSurface) {
+  // A ball: its volume comes near 4/3 pi as steps squared, its normals are its positions.
+  std::string profile;
+  for (int i = 0; i <= 32; ++i) {
+    const double angle = 3.14159265358979323846 * i / 32;
+    profile += std::to_string(i % 32 ? std::sin(angle) : 0) + ", " + std::to_string(-std::cos(angle)) + ", ";
+  }
+  const ReadMesh ball("block = \"b\"\nsteps = 64\nsmooth = true\nrevolve = [" + profile + "]\n");
+  ASSERT_EQ(ball.error(), "");
+  const TriangleMesh& mesh = *ball.mesh.mesh;
+  EXPECT_EQ(mesh.triangles.size(), 64u * (2 * 30 + 2));
+  EXPECT_EQ(ball.mesh.degenerate, 0u);
+  EXPECT_NEAR(volume(mesh), 4 * 3.14159265 / 3, 4.19 * 4e-3);
+  for (size_t i = 0; i < mesh.positions.size(); ++i) {
+    const double on_axis = std::abs(mesh.positions[i].y) > 0.9999f ? 0.05 : 1e-3;  // there each triangle has its own
+    EXPECT_NEAR(glm::length(mesh.positions[i] - mesh.normals[i]), 0, on_axis) << i;
+  }
+  // A can: its rims are edges, so its lid's normals point up and its side's point out. It is closed.
+  const ReadMesh can("block = \"b\"\nsteps = 256\nsmooth = true\nrevolve = [0, 0, 1, 0, 1, 3, 0, 3]\n");
+  ASSERT_EQ(can.error(), "");
+  EXPECT_NEAR(volume(*can.mesh.mesh), 3 * 3.14159265, 3e-3);
+  for (const Vec3f& n : can.mesh.mesh->normals) EXPECT_NEAR(std::abs(n.y) * (1 - std::abs(n.y)), 0, 1e-6);
+  // A ring, whose profile ends where it began.
+  const ReadMesh ring("block = \"b\"\nsteps = 256\nrevolve = [1, 2, 1, 0, 2, 0, 2, 2, 1, 2]\n");
+  ASSERT_EQ(ring.error(), "");
+  EXPECT_NEAR(volume(*ring.mesh.mesh), 6 * 3.14159265, 3e-3);
 }
 
 }  // namespace
