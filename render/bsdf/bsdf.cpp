@@ -47,7 +47,8 @@ world::Status check_bsdfs(const world::BlockPalette& palette) {
     const Bsdf* nearest = std::min_element(std::begin(kBsdfs), std::end(kBsdfs), [&](const Bsdf& a, const Bsdf& b) {
       return world::edit_distance(block.bsdf, a.name) < world::edit_distance(block.bsdf, b.name);
     });
-    return world::input_error("block '" + block.name + "': there is no bsdf '" + block.bsdf + "'; the nearest is '" +
+    return world::input_error((block.where_bsdf.empty() ? "" : block.where_bsdf + ": 'bsdf' of ") + "block '" +
+                              block.name + "': there is no bsdf '" + block.bsdf + "'; the nearest is '" +
                               std::string(nearest->name) + "'");
   }
   return {};

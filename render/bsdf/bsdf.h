@@ -47,7 +47,8 @@ std::span<const Bsdf> bsdfs();
 /// Null where there is none of that name.
 const Bsdf* find_bsdf(std::string_view name);
 
-/// Fails where a block names a BSDF that there is none of; the message names both, and the nearest name there is.
+/// Fails where a block names a BSDF that there is none of; the message names both, where that stands, and the nearest
+/// name there is.
 world::Status check_bsdfs(const world::BlockPalette& palette);
 
 /// What a block's surface looks like from a medium of the given index of refraction outside. `inside`: seen from within

@@ -7,6 +7,7 @@
 #include "render/extract/extractor.h"
 #include "render/raster/rasterizer.h"
 #include "render/bsdf/bsdf.h"
+#include "world/proxies/proxy.h"
 
 namespace render {
 
@@ -53,6 +54,7 @@ class Raster : public RasterBackend {
       return world::usage_error("a picture must be at least 1x1 pixel, not " + std::to_string(width) + "x" +
                                 std::to_string(height));
     TRY_STATUS(check_bsdfs(view.palette()));
+    TRY_STATUS(world::check_proxies(view.palette()));
     // A lost device is made anew, with all that it held; three times in a row is a fault.
     for (int attempt = 0;; ++attempt) {
       auto frame = attempt_render(view, camera, knobs, width, height);

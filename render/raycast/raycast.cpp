@@ -11,6 +11,7 @@
 #include "render/bsdf/bsdf.h"
 #include "render/trace/picture.h"
 #include "world/base/jobs.h"
+#include "world/proxies/proxy.h"
 #include "world/store/contour_walk.h"
 #include "world/store/parallel_rays.h"
 #include "world/store/ray_stream.h"
@@ -244,6 +245,7 @@ class RaycastBackend : public Backend {
                               int height) override {
     TRY_STATUS(check(camera, knobs, width, height));
     TRY_STATUS(check_bsdfs(view.palette()));
+    TRY_STATUS(world::check_proxies(view.palette()));
     if (knobs.spp != 1 || knobs.light_transport != LightTransport::direct || calls_for_trace_scene(view.world()))
       return trace_picture(view, camera, knobs, sampling, width, height);
     const auto start = Clock::now();

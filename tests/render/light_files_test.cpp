@@ -68,9 +68,17 @@ TEST(LightFiles, WhatIsWrongIsToldWithTheLuminairesPlace) {
   Image negative(2, 2);
   negative.at(1, 0).g = -1;
   ASSERT_TRUE(write_exr(folder / "negative.exr", negative).ok());
+  ASSERT_TRUE(write_exr(folder / "cut.exr", Image(64, 64)).ok());
+  Image8 image8{64, 64, {}};
+  image8.pixels.assign(64 * 64 * 3, 77);
+  ASSERT_TRUE(write_png(folder / "cut.png", image8).ok());
+  for (const char* name : {"cut.exr", "cut.png"})
+    std::filesystem::resize_file(folder / name, std::filesystem::file_size(folder / name) / 2);
   for (const auto& [name, part] : {std::pair{"none.exr", "No such file"},
                                    {"short.hdr", "ends too early"},
                                    {"no.png", "is not a PNG"},
+                                   {"cut.exr", ""},
+                                   {"cut.png", ""},
                                    {"a.bmp", "is no .png, .exr or .hdr"},
                                    {"negative.exr", "pixel (1, 0) has a value of -1"}}) {
     world::World world = with(sky(folder / name));

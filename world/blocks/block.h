@@ -43,6 +43,7 @@ struct Block {
   std::optional<Kelvin> ignition;           // burns at this temperature; none: does not burn
   float hardness = 1.0f;                    // Mohs, 0..10
   std::string proxy;                        // shape drawn instead of a cube; empty: the cube
+  std::string where_bsdf, where_proxy;      // file:line:column of these names, for messages; no property of the block
 };
 
 /// One bit for each kind of derived mask: what a block is to light, bodies and rules.

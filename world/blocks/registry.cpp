@@ -117,7 +117,7 @@ Block read_block(const std::string& name, TomlTable& table) {
   block.phase = static_cast<Phase>(phase);
   table.read("opaque", block.opaque);
   read_bands(table, "albedo", block.albedo, kAlbedoRange, true);
-  table.read("bsdf", block.bsdf);
+  if (table.read("bsdf", block.bsdf)) block.where_bsdf = table.where("bsdf");
   const bool has_glossy = read_bands(table, "glossy", block.glossy, kShareRange);
   if (!has_glossy && block.bsdf == "blinn_phong") {
     const auto left = [](float albedo) { return std::min(kUsualGlossy, 1 - albedo); };
@@ -138,7 +138,7 @@ Block read_block(const std::string& name, TomlTable& table) {
   double ignition = 0;
   if (table.read("ignition_k", ignition, kAboveZero)) block.ignition = Kelvin{ignition};
   table.require("hardness_mohs", block.hardness, kHardnessRange);
-  table.read("proxy", block.proxy);
+  if (table.read("proxy", block.proxy)) block.where_proxy = table.where("proxy");
   return block;
 }
 

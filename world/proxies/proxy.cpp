@@ -113,18 +113,25 @@ const Proxy* find_proxy(std::string_view name) {
   return nullptr;
 }
 
+Status check_proxies(const BlockPalette& palette) {
+  for (size_t id = 0; id < palette.size(); ++id) {
+    const Block& block = palette[static_cast<BlockId>(id)];
+    if (block.proxy.empty() || find_proxy(block.proxy)) continue;
+    const auto nearest = std::min_element(proxies().begin(), proxies().end(), [&](const Proxy& a, const Proxy& b) {
+      return edit_distance(block.proxy, a.name) < edit_distance(block.proxy, b.name);
+    });
+    return input_error((block.where_proxy.empty() ? "" : block.where_proxy + ": 'proxy' of ") + "block '" + block.name +
+                       "': there is no proxy '" + block.proxy + "'; the nearest is '" + nearest->name + "'");
+  }
+  return {};
+}
+
 Result<BlockShapes> block_shapes(const BlockPalette& palette) {
+  TRY_STATUS(check_proxies(palette));
   BlockShapes shapes;
   for (size_t id = 0; id < palette.size(); ++id) {
     const Block& block = palette[static_cast<BlockId>(id)];
     const Proxy* shape = block.proxy.empty() ? nullptr : find_proxy(block.proxy);
-    if (!shape && !block.proxy.empty()) {
-      const auto nearest = std::min_element(proxies().begin(), proxies().end(), [&](const Proxy& a, const Proxy& b) {
-        return edit_distance(block.proxy, a.name) < edit_distance(block.proxy, b.name);
-      });
-      return input_error("block '" + block.name + "' has the proxy '" + block.proxy +
-                         "', which there is none of; did you mean '" + nearest->name + "'?");
-    }
     shapes.shape.push_back(shape);
     shapes.fills.push_back(!shape && block.opaque);
   }

@@ -85,7 +85,10 @@ struct BlockShapes {
     return all;
   }
 };
-/// Fails where a block names a proxy that there is none of; the message names both, and the nearest name there is.
+/// Fails where a block names a proxy that there is none of; the message names both, where that stands, and the nearest
+/// name there is.
+Status check_proxies(const BlockPalette& palette);
+/// Fails where check_proxies() does.
 Result<BlockShapes> block_shapes(const BlockPalette& palette);
 
 /// One face of the shape as it is with these joins: corners counter-clockwise seen from its front; a quad has one face.

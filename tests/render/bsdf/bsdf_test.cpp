@@ -28,6 +28,17 @@ TEST(Bsdfs, ABlockWithAnUnknownOneIsAnErrorThatNamesTheNearest) {
   ASSERT_FALSE(checked.ok());
   EXPECT_EQ(checked.error().message, "block 'chrome_block': there is no bsdf 'miror'; the nearest is 'mirror'");
   EXPECT_EQ(checked.error().kind, world::ErrorKind::input_output);
+  // One that a file names says where.
+  world::BlockPalette from_file;
+  ASSERT_TRUE(
+      world::add_blocks_from_toml(from_file,
+                                  "[chrome]\nalbedo = [0.5, 0.5, 0.5]\nbsdf = \"miror\"\ndensity_kg_per_m3 = 1\n"
+                                  "heat_capacity_j_per_kg_k = 1\nheat_conductivity_w_per_m_k = 1\n"
+                                  "hardness_mohs = 1\n",
+                                  "chrome.toml")
+          .ok());
+  EXPECT_EQ(check_bsdfs(from_file).error().message,
+            "chrome.toml:3:8: 'bsdf' of block 'chrome': there is no bsdf 'miror'; the nearest is 'mirror'");
 }
 
 TEST(BsdfParameters, TheIndexIsThatBeyondOverThatOnThisSide) {
