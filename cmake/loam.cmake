@@ -12,7 +12,7 @@ endfunction()
 # compile_shaders(target glob): each name.stage.glsl becomes generated/name.stage.spv.h with `name_stage_spv[]`.
 function(compile_shaders target glob)
   file(GLOB files CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${glob})
-  file(GLOB_RECURSE shared CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/*.shared.h)
+  file(GLOB_RECURSE shared CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/*.shared.h ${CMAKE_SOURCE_DIR}/*.glsl.h)
   find_program(GLSLANG glslangValidator REQUIRED)
   foreach(file ${files})
     get_filename_component(base ${file} NAME_WLE)    # name.stage
@@ -55,22 +55,27 @@ function(concept_folder target folder macro)
 endfunction()
 
 # shared_concept_folder(target folder MACRO [not a member...]): as concept_folder, for members that are written once for
-# C++ and GLSL, folder/name.shared.h. Beside the list, generated/<folder with _>.members.h includes all members and
-# numbers them: #define MACRO_name 0 ...; both compilers read both files.
+# C++ and GLSL, folder/name.shared.h. Beside the list, generated/<folder with _>.members.h includes all members, numbers
+# them, #define MACRO_name 0 ..., and calls one by its number: DISPATCH_MACRO(member, function, (arguments)) returns
+# name_function(arguments) of the member, and goes on where there is none of that number. Both compilers read both files.
 function(shared_concept_folder target folder macro)
   file(GLOB files CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${folder}/*.shared.h)
   list(SORT files)
   set(list_text "")
   set(members_text "")
+  set(cases "")
   set(number 0)
   foreach(file ${files})
     get_filename_component(name ${file} NAME_WE)
     if(NOT name IN_LIST ARGN)
       string(APPEND list_text "${macro}(${name})\n")
       string(APPEND members_text "#include \"${folder}/${name}.shared.h\"\n#define ${macro}_${name} ${number}\n")
+      string(APPEND cases "    case ${macro}_${name}: return ${name}_##function arguments; \\\n")
       math(EXPR number "${number} + 1")
     endif()
   endforeach()
+  string(APPEND members_text
+    "#define DISPATCH_${macro}(member, function, arguments) \\\n  switch (member) { \\\n${cases}  }\n")
   string(REPLACE "/" "_" list ${folder})
   file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/generated/${list}.list.h CONTENT "${list_text}")
   file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/generated/${list}.members.h CONTENT "${members_text}")

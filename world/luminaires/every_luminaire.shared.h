@@ -10,35 +10,17 @@
 SHARED_NAMESPACE(world)
 
 SHARED EmitterSample luminaire_sample(uint kind, SHARED_IN(Emitter) e, real3 receiver, real2 u) {
-  switch (kind) {
-#define LUMINAIRE(name)  \
-  case LUMINAIRE_##name: \
-    return name##_sample(e, receiver, u);
-#include "world_luminaires.list.h"
-#undef LUMINAIRE
-  }
+  DISPATCH_LUMINAIRE(kind, sample, (e, receiver, u))
   return emitter_sample(-e.axis, 0.0, 0.0, 0.0);
 }
 
 SHARED EmitterHit luminaire_meet(uint kind, SHARED_IN(Emitter) e, real3 origin, real3 direction) {
-  switch (kind) {
-#define LUMINAIRE(name)  \
-  case LUMINAIRE_##name: \
-    return name##_meet(e, origin, direction);
-#include "world_luminaires.list.h"
-#undef LUMINAIRE
-  }
+  DISPATCH_LUMINAIRE(kind, meet, (e, origin, direction))
   return no_emitter_hit();
 }
 
 SHARED EmitterPhoton luminaire_emit(uint kind, SHARED_IN(Emitter) e, real2 u, real2 v, real3 centre, real radius) {
-  switch (kind) {
-#define LUMINAIRE(name)  \
-  case LUMINAIRE_##name: \
-    return name##_emit(e, u, v, centre, radius);
-#include "world_luminaires.list.h"
-#undef LUMINAIRE
-  }
+  DISPATCH_LUMINAIRE(kind, emit, (e, u, v, centre, radius))
   return emitter_photon(real3(0.0), e.axis, 0.0);
 }
 

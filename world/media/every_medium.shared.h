@@ -9,24 +9,12 @@
 SHARED_NAMESPACE(world)
 
 SHARED real2 medium_span(uint kind, SHARED_IN(MediumShape) m, real3 origin, real3 direction) {
-  switch (kind) {
-#define MEDIUM(name)  \
-  case MEDIUM_##name: \
-    return name##_span(m, origin, direction);
-#include "world_media.list.h"
-#undef MEDIUM
-  }
+  DISPATCH_MEDIUM(kind, span, (m, origin, direction))
   return medium_nowhere();
 }
 
 SHARED real medium_density(uint kind, SHARED_IN(MediumShape) m, real3 point) {
-  switch (kind) {
-#define MEDIUM(name)  \
-  case MEDIUM_##name: \
-    return name##_density(m, point);
-#include "world_media.list.h"
-#undef MEDIUM
-  }
+  DISPATCH_MEDIUM(kind, density, (m, point))
   return 0.0;
 }
 
@@ -36,14 +24,14 @@ SHARED real medium_depth(uint kind, SHARED_IN(MediumShape) m, real3 origin, real
   t0 = max(t0, span.x);
   t1 = min(t1, span.y);
   if (!(t0 < t1)) return 0.0;
-  switch (kind) {
-#define MEDIUM(name)  \
-  case MEDIUM_##name: \
-    return name##_depth(m, origin, direction, t0, t1);
-#include "world_media.list.h"
-#undef MEDIUM
-  }
+  DISPATCH_MEDIUM(kind, depth, (m, origin, direction, t0, t1))
   return 0.0;
+}
+
+/* Within the span: the t at which the depth from t0 on is `depth`. */
+SHARED real medium_reach_from(uint kind, SHARED_IN(MediumShape) m, real3 origin, real3 direction, real t0, real depth) {
+  DISPATCH_MEDIUM(kind, reach, (m, origin, direction, t0, depth))
+  return kMediumFar;
 }
 
 /* The t at which the depth from t0 on is `depth`; infinite where it is not before t1. */
@@ -53,15 +41,7 @@ SHARED real medium_reach(uint kind, SHARED_IN(MediumShape) m, real3 origin, real
   t0 = max(t0, span.x);
   t1 = min(t1, span.y);
   if (!(t0 < t1)) return kMediumFar;
-  real t = kMediumFar;
-  switch (kind) {
-#define MEDIUM(name)                                   \
-  case MEDIUM_##name:                                  \
-    t = name##_reach(m, origin, direction, t0, depth); \
-    break;
-#include "world_media.list.h"
-#undef MEDIUM
-  }
+  real t = medium_reach_from(kind, m, origin, direction, t0, depth);
   return t < t1 ? t : kMediumFar;
 }
 

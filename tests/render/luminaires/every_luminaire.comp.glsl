@@ -12,17 +12,7 @@ struct Question {
   vec2 u, v;
 };
 
-layout(local_size_x = 64) in;
-layout(binding = 0, std430) readonly buffer Questions { Question questions[]; };
-layout(binding = 1, std430) writeonly buffer Answers { float answers[]; };
-
-uint at;
-void put(float value) { answers[at++] = value; }
-void put(vec3 value) {
-  put(value.x);
-  put(value.y);
-  put(value.z);
-}
+#include "tests/render/gpu/questions.glsl.h"
 
 void main() {
   const uint i = gl_GlobalInvocationID.x;
