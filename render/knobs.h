@@ -13,12 +13,16 @@ enum class FaceEdges { hardware, exact };
 enum class ContourShape { off, planes, field };  // in the order of world::ContourShape
 enum class LightTransport { direct, ambient_occlusion, whitted, path, photons };
 enum class SampleSequence { random, sobol };
+enum class DensityTracking { delta, exact };
+enum class GlossLobe { exact, published, fresnel };  // in the order of shared::kGloss...
 constexpr auto knob_choices(SunShadow) { return std::array<std::string_view, 2>{"none", "ray"}; }
 constexpr auto knob_choices(FaceEdges) { return std::array<std::string_view, 2>{"hardware", "exact"}; }
 constexpr auto knob_choices(LightTransport) {
   return std::array<std::string_view, 5>{"direct", "ambient_occlusion", "whitted", "path", "photons"};
 }
 constexpr auto knob_choices(SampleSequence) { return std::array<std::string_view, 2>{"random", "sobol"}; }
+constexpr auto knob_choices(DensityTracking) { return std::array<std::string_view, 2>{"delta", "exact"}; }
+constexpr auto knob_choices(GlossLobe) { return std::array<std::string_view, 3>{"exact", "published", "fresnel"}; }
 constexpr auto knob_choices(ContourShape) { return std::array<std::string_view, 3>{"off", "planes", "field"}; }
 
 struct RenderKnobs {

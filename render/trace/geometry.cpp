@@ -51,6 +51,15 @@ double shown_area(const world::Proxy& shape) {
   return std::max(area, 1e-6);
 }
 
+/// Tentative collisions along the longest ray through a density grid, if the majorant were its largest density.
+double most_collisions(const world::Medium& m) {
+  Vec3d low(0), high(0);
+  m.field->bounds(low, high);
+  const double sigma = double{m.absorption.max()} + m.scattering.max();
+  return sigma * m.field->max() * m.voxel_size * glm::length(high - low);
+}
+constexpr double kMostCollisions = 1e5;  // some 5 ms a ray
+
 Vec3d difference(VoxelPos a, VoxelPos b) { return Vec3d(double(a.x) - b.x, double(a.y) - b.y, double(a.z) - b.z); }
 
 }  // namespace
@@ -110,11 +119,12 @@ bool calls_for_trace_scene(const world::World& world) {
          std::any_of(world.media.begin(), world.media.end(), has_strength);
 }
 
-TraceScene::TraceScene(const world::WorldView& view) : view_(&view), grid_(view.masks(world::MaskKind::occupied)) {}
+TraceScene::TraceScene(const world::WorldView& view, uint32_t gloss)
+    : view_(&view), gloss_(gloss), grid_(view.masks(world::MaskKind::occupied)) {}
 
-world::Result<TraceScene> TraceScene::build(const world::WorldView& view) {
+world::Result<TraceScene> TraceScene::build(const world::WorldView& view, uint32_t gloss) {
   TRY_STATUS(check_bsdfs(view.palette()));
-  TraceScene scene(view);
+  TraceScene scene(view, gloss);
   TRY(scene.shapes_, world::block_shapes(view.palette()));
   TRY(scene.meshes_, MeshScene::build(view.world()));
   scene.add_materials();
@@ -132,8 +142,8 @@ void TraceScene::add_materials() {
     const world::Block& block = palette[static_cast<BlockId>(id)];
     Material& m = materials_[id];
     m.bsdf = find_bsdf(block.bsdf);
-    m.outside = bsdf_parameters(block, index_air, false);
-    m.inside = bsdf_parameters(block, index_air, true);
+    m.outside = bsdf_parameters(block, index_air, false, gloss_);
+    m.inside = bsdf_parameters(block, index_air, true, gloss_);
     // Lambertian: P = pi A L, with A = 6 m^2 of a cube.
     const world::Proxy* shape = shapes_.shape[id];
     m.emission = vector_of(block.emission) * static_cast<float>(1 / (kPi * (shape ? shown_area(*shape) : 6)));
@@ -148,7 +158,7 @@ void TraceScene::add_materials() {
 BsdfParameters TraceScene::parameters(BlockId block, float index_other, bool inside) const {
   const Material& m = materials_[block];
   if (index_other == materials_[kAir].index) return inside ? m.inside : m.outside;
-  return bsdf_parameters(view_->palette()[block], index_other, inside);
+  return bsdf_parameters(view_->palette()[block], index_other, inside, gloss_);
 }
 
 world::Status TraceScene::add_media() {
@@ -166,6 +176,7 @@ world::Status TraceScene::add_media() {
     m.everywhere = medium.name.empty() ||
                    std::none_of(world.meshes.begin(), world.meshes.end(),
                                 [&](const world::MeshInstance& mesh) { return mesh.interior_medium == medium.name; });
+    m.tracks = medium.field && most_collisions(medium) <= kMostCollisions;
     media_.push_back(m);
   }
   return {};
@@ -205,12 +216,42 @@ world::Status TraceScene::add_luminaires() {
     if (s.area && s.met) area_luminaires_.push_back(static_cast<uint32_t>(luminaires_.size()));
     luminaires_.push_back(std::move(s));
   }
+  // Boxes around them, wider by more than the rounding of positions far from the anchor.
+  std::vector<world::Box> boxes;
+  for (const uint32_t i : area_luminaires_) {
+    const world::Luminaire& l = *luminaires_[i].luminaire;
+    if (boxes.empty()) luminaire_anchor_.voxel = l.position.voxel;
+    double reach = std::max(l.radius, glm::length(l.extent) / 2);
+    for (const Vec3f& corner : l.triangles) reach = std::max<double>(reach, glm::length(corner));
+    const Vec3d centre = l.position - luminaire_anchor_;
+    reach = reach * (1 + 1e-6) + 1e-12 * glm::length(centre);
+    boxes.push_back({centre - reach, centre + reach});
+  }
+  luminaire_boxes_ = world::BoxTree(boxes);
   return {};
+}
+
+std::optional<uint32_t> TraceScene::meet_luminaires(const WorldPoint& start, const Vec3d& direction, double t_most,
+                                                    world::FunctionRef<bool(uint32_t)> counts,
+                                                    world::LuminaireHit& hit) const {
+  if (area_luminaires_.empty()) return std::nullopt;
+  const auto distance_to = [&](int k) {
+    const uint32_t i = area_luminaires_[static_cast<size_t>(k)];
+    if (!counts(i)) return -1.0;
+    const auto met = luminaires_[i].sampler.meet(start - luminaires_[i].luminaire->position, Vec3f(direction));
+    return met ? met->distance : -1.0;
+  };
+  const int nearest =
+      luminaire_boxes_.nearest(start - luminaire_anchor_, direction, distance_to, t_most / (1 - kLuminaireTolerance));
+  if (nearest < 0) return std::nullopt;
+  const uint32_t i = area_luminaires_[static_cast<size_t>(nearest)];
+  hit = *luminaires_[i].sampler.meet(start - luminaires_[i].luminaire->position, Vec3f(direction));
+  return i;
 }
 
 size_t TraceScene::bytes() const {
   return meshes_.bytes() + instances_.size() * sizeof(Instance) + media_.size() * sizeof(SceneMedium) +
-         luminaires_.size() * sizeof(SceneLuminaire);
+         luminaires_.size() * sizeof(SceneLuminaire) + luminaire_boxes_.bytes();
 }
 
 void TraceCounts::add(const TraceCounts& o) {
@@ -367,21 +408,18 @@ void Tracer::meet_meshes(const TraceRay& r, std::vector<Crossing>& crossings, Su
 }
 
 void Tracer::meet_luminaires(const TraceRay& r, uint32_t not_this, Surface& s) {
-  for (const uint32_t i : scene_->area_luminaires()) {
-    if (i == not_this) continue;
-    const SceneLuminaire& l = scene_->luminaires()[i];
-    const Vec3d origin = r.start() - l.luminaire->position;
-    const auto hit = l.sampler.meet(origin, Vec3f(r.ray.direction));
-    if (!hit || !(hit->distance * (1 - kLuminaireTolerance) <= std::min(s.t, r.ray.t_max))) continue;
-    s = {};
-    s.kind = SurfaceKind::luminaire;
-    s.t = std::min(hit->distance, r.ray.t_max);
-    s.index = i;
-    s.emission = vector_of(hit->radiance);
-    s.luminaire_pdf = hit->pdf;
-    s.front = r.ray.voxel;
-    s.point = r.ray.fraction + s.t * r.ray.direction;
-  }
+  world::LuminaireHit hit;
+  const auto met = scene_->meet_luminaires(
+      r.start(), r.ray.direction, std::min(s.t, r.ray.t_max), [&](uint32_t i) { return i != not_this; }, hit);
+  if (!met) return;
+  s = {};
+  s.kind = SurfaceKind::luminaire;
+  s.t = std::min(hit.distance, r.ray.t_max);
+  s.index = *met;
+  s.emission = vector_of(hit.radiance);
+  s.luminaire_pdf = hit.pdf;
+  s.front = r.ray.voxel;
+  s.point = r.ray.fraction + s.t * r.ray.direction;
 }
 
 Surface Tracer::intersect(const TraceRay& ray, std::vector<Crossing>& crossings, bool luminaires, uint32_t not_this) {

@@ -21,12 +21,15 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "render/bsdf/bsdf.h"
 #include "render/trace/grid_caster.h"
 #include "render/trace/mesh_scene.h"
 #include "render/trace/proxies.h"
+#include "world/base/function_ref.h"
+#include "world/space/box_tree.h"
 #include "world/world.h"
 
 namespace render {
@@ -117,11 +120,13 @@ struct SceneMedium {
   bool everywhere = true;  // else it only fills meshes
   Vec3d absorption{0}, scattering{0}, extinction{0}, emission{0};
   bool scatters = false, emits = false;
+  bool tracks = false;  // a density grid, and not so dense that tracking would never get through
 };
 
 class TraceScene {
  public:
-  static world::Result<TraceScene> build(const world::WorldView& view);
+  /// `gloss`: which lobe glossy surfaces have, as of bsdf_parameters().
+  static world::Result<TraceScene> build(const world::WorldView& view, uint32_t gloss = shared::kGlossFresnel);
 
   struct Material {
     const Bsdf* bsdf = nullptr;
@@ -166,23 +171,29 @@ class TraceScene {
   BsdfParameters parameters(world::BlockId block, float index_other, bool inside) const;
   /// Bytes that media, meshes and luminaires made the scene keep.
   size_t bytes() const;
-  const std::vector<uint32_t>& area_luminaires() const { return area_luminaires_; }
+  /// The first luminaire with an area that a ray meets, in (0, t_most] m, of those that `counts(index)`; `hit` says
+  /// where. Its distance counts as smaller by kLuminaireTolerance.
+  std::optional<uint32_t> meet_luminaires(const world::WorldPoint& start, const Vec3d& direction, double t_most,
+                                          world::FunctionRef<bool(uint32_t)> counts, world::LuminaireHit& hit) const;
 
  private:
-  explicit TraceScene(const world::WorldView& view);
+  TraceScene(const world::WorldView& view, uint32_t gloss);
   world::Status add_luminaires();
   world::Status add_media();
   void add_materials();
   world::Status add_instances();
 
   const world::WorldView* view_;
+  uint32_t gloss_;
   GridCaster grid_;
   MeshScene meshes_;
   world::BlockShapes shapes_;
   std::vector<Material> materials_;
   std::vector<Instance> instances_;
   std::vector<SceneLuminaire> luminaires_;
-  std::vector<uint32_t> area_luminaires_;
+  std::vector<uint32_t> area_luminaires_;  // that rays meet
+  world::BoxTree luminaire_boxes_;         // of them, from luminaire_anchor_
+  world::WorldPoint luminaire_anchor_;
   std::vector<SceneMedium> media_;
 };
 
@@ -201,6 +212,10 @@ struct TraceCounts {
   uint64_t rays() const { return camera_rays + scattered_rays + shadow_rays + photon_rays; }
   void add(const TraceCounts& o);
 };
+
+/// A luminaire's distance counts as smaller by this part, so that one that lies on a face of a voxel isn't hidden by
+/// it.
+constexpr double kLuminaireTolerance = 1e-4;
 
 /// Traces rays; one a thread.
 class Tracer {
@@ -237,9 +252,5 @@ class Tracer {
   world::LeafPos leaf_pos_{INT32_MAX, 0, 0};
   world::LeafBlocks leaf_{};
 };
-
-/// A luminaire's distance counts as smaller by this part, so that one that lies on a face of a voxel isn't hidden by
-/// it.
-constexpr double kLuminaireTolerance = 1e-4;
 
 }  // namespace render

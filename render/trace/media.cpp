@@ -17,21 +17,22 @@ namespace {
 /// Optical depth to the next event of a Poisson process. u in [0, 1).
 double free_depth(double u) { return -std::log1p(-u); }
 
-/// Calls event(t, share) at tentative collisions in order of t until it returns false; share: the part of the majorant
-/// that is density there.
-template <class Event>
-void track(const Medium& medium, const Vec3d& origin, const Vec3d& direction, double t0, double t1, double sigma_t,
-           RandomNumbers random, Event event) {
-  if (!(sigma_t > 0) || !(t0 < t1)) return;
-  double at = t0, left = free_depth(random());
+}  // namespace
+
+double track_collisions(const Medium& medium, const Vec3d& origin, const Vec3d& direction, double t0, double t1,
+                        double sigma_t, RandomNumbers random, world::FunctionRef<bool(double, double)> event) {
+  if (!(t0 < t1)) return 0;
+  double at = t0, left = sigma_t > 0 ? free_depth(random()) : kInfinity, majorant = 0;
   world::medium_pieces(medium, origin, direction, t0, t1, [&](double end, double largest) {
     while (largest > 0) {
       const double rate = sigma_t * largest, here = rate * (end - at);
       if (!(left < here)) {
         left -= here;
+        majorant += largest * (end - at);
         break;
       }
       at = std::min(at + left / rate, end);
+      majorant += left / sigma_t;
       left = free_depth(random());
       // Beyond double's range matter is solid.
       const double density = world::medium_density(medium, origin + at * direction);
@@ -41,9 +42,8 @@ void track(const Medium& medium, const Vec3d& origin, const Vec3d& direction, do
     at = end;
     return true;
   });
+  return majorant;
 }
-
-}  // namespace
 
 int march_steps(double t0, double t1, double step_length) {
   const double steps = std::ceil((t1 - t0) / step_length);
@@ -75,7 +75,8 @@ double delta_tracked_transmittance(const Medium& medium, const Vec3d& origin, co
 double ratio_tracked_transmittance(const Medium& medium, const Vec3d& origin, const Vec3d& direction, double t0,
                                    double t1, double sigma_t, RandomNumbers random) {
   double passed = 1;
-  track(medium, origin, direction, t0, t1, sigma_t, random, [&](double, double share) {
+  if (!(sigma_t > 0)) return passed;
+  track_collisions(medium, origin, direction, t0, t1, sigma_t, random, [&](double, double share) {
     passed *= 1 - share;
     if (passed < 1.0 / 16) passed = random() < 0.5 ? 2 * passed : 0;
     return passed > 0;
@@ -92,7 +93,8 @@ double closed_collision(const Medium& medium, const Vec3d& origin, const Vec3d& 
 double delta_tracked_collision(const Medium& medium, const Vec3d& origin, const Vec3d& direction, double t0, double t1,
                                double sigma_t, RandomNumbers random) {
   double found = kInfinity;
-  track(medium, origin, direction, t0, t1, sigma_t, random, [&](double at, double share) {
+  if (!(sigma_t > 0)) return found;
+  track_collisions(medium, origin, direction, t0, t1, sigma_t, random, [&](double at, double share) {
     if (random() >= share) return true;
     found = at;
     return false;

@@ -23,12 +23,19 @@ double marched_depth(const world::Medium& medium, const world::Vec3d& origin, co
 /// Steps of at most this length, m, > 0; at least one and at most 2^24.
 int march_steps(double t0, double t1, double step_length);
 
+/// Tracking: calls event(t, share) at tentative collisions, a Poisson process of rate sigma_t times a majorant of the
+/// density, in order of t until it returns false; share: the part of the majorant that is density there, in [0, 1].
+/// Returns the majorant's integral up to where it ended, m.
+/// source  E. Woodcock et al. Techniques Used in the GEM Code for Monte Carlo Neutronics Calculations. 1965
+double track_collisions(const world::Medium& medium, const world::Vec3d& origin, const world::Vec3d& direction,
+                        double t0, double t1, double sigma_t, RandomNumbers random,
+                        world::FunctionRef<bool(double t, double share)> event);
+
 /// exp(-sigma_t depth): exact where the depth is.
 double closed_transmittance(const world::Medium& medium, const world::Vec3d& origin, const world::Vec3d& direction,
                             double t0, double t1, double sigma_t);
 
 /// 0 or 1, with the right mean: whether delta tracking passes.
-/// source  E. Woodcock et al. Techniques Used in the GEM Code for Monte Carlo Neutronics Calculations. 1965
 double delta_tracked_transmittance(const world::Medium& medium, const world::Vec3d& origin,
                                    const world::Vec3d& direction, double t0, double t1, double sigma_t,
                                    RandomNumbers random);

@@ -35,7 +35,8 @@ class Path {
         media_along(t_.tracer, ray_, t_.crossings, surface.t, t_.stretches);
         if (!t_.stretches.empty()) {
           RandomStream random = sampler_.stream(dimension(kFreePath));
-          event = follow_media(t_.stretches, ray_.ray.direction, surface.t, random, bands_, light_);
+          event = follow_media(t_.stretches, ray_.ray.direction, surface.t, t_.knobs().density_tracking, random, bands_,
+                               light_);
         }
       }
       if (absorption != Vec3f(0)) bands_.beta *= absorbed(absorption, event.t);
@@ -175,11 +176,13 @@ class Path {
     double pdf = 0;
     const Vec3d scattered = bands_.beta * scatter(light.direction, l, pdf);
     if (scattered == Vec3d(0)) return;
-    const Arrival a = t_.arrival(spawn(light.direction), light);
+    ShadowTracking tracking{bands_.hero, sampler_.stream(dimension(kShadowPath))};
+    const bool tracks = t_.scene().has_media() && t_.knobs().density_tracking == DensityTracking::delta;
+    const Arrival a = t_.arrival(spawn(light.direction), light, tracks ? &tracking : nullptr);
     if (a.value == Vec3d(0)) return;
     // Who is met by no ray is found in this way alone.
     const bool found_twice = light.pdf > 0 && !l && met(light.target);
-    const Vec3d lit = bands_.made * (light.pdf > 0 ? light.pdf : 1.0);
+    const Vec3d lit = bands_.made * a.lit * (light.pdf > 0 ? light.pdf : 1.0);
     light_ += scattered * light.radiance * a.value / Bands::mean(found_twice ? lit + bands_.made * a.made * pdf : lit);
   }
 

@@ -20,13 +20,10 @@ double largest(const Vec3d& v) { return std::max({v.x, v.y, v.z}); }
 /// Whether a luminaire that has an area stands in the way of light that came to the surface along `direction`.
 bool hidden_by_luminaire(const TraceScene& scene, const Surface& s, const Vec3f& direction, double length,
                          const LightTarget& source) {
-  for (const uint32_t i : scene.area_luminaires()) {
-    if (source.kind == LightKind::luminaire && source.index == i) continue;
-    const SceneLuminaire& l = scene.luminaires()[i];
-    const auto hit = l.sampler.meet(s.position() - l.luminaire->position, -direction);
-    if (hit && hit->distance * (1 + kLuminaireTolerance) < length) return true;
-  }
-  return false;
+  const auto counts = [&](uint32_t i) { return !(source.kind == LightKind::luminaire && source.index == i); };
+  world::LuminaireHit hit;
+  return scene.meet_luminaires(s.position(), -Vec3d(direction), length * (1 - 2 * kLuminaireTolerance), counts, hit)
+      .has_value();
 }
 
 /// Follows one photon and keeps it where it scatters.

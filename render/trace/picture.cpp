@@ -217,7 +217,7 @@ world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& c
                                    const Sampling& sampling, int width, int height) {
   TRY_STATUS(check(camera, knobs, width, height));
   const Clock::time_point start = Clock::now();
-  TRY(const TraceScene scene, TraceScene::build(view));
+  TRY(const TraceScene scene, TraceScene::build(view, static_cast<uint32_t>(knobs.gloss_lobe)));
   const LightSet lights = LightSet::build(scene, knobs.light_transport == LightTransport::photons);
   const double prepare_ms = ms_since(start);
 

@@ -63,6 +63,10 @@ class RandomStream {
   explicit RandomStream(uint64_t key) : key_(key) {}
   float next() { return world::uniform01(world::hash_combine(key_, count_++)); }
   double next_double() { return world::uniform01_double(world::hash_combine(key_, count_++)); }
+  /// Numbers that have nothing to do with those of this one.
+  RandomStream split() { return RandomStream(world::hash_combine(key_, count_++)); }
+  /// The i-th of many such, of those drawn so far.
+  RandomStream part(uint64_t i) const { return RandomStream(world::hash_combine(key_, ~i)); }
 
  private:
   uint64_t key_, count_ = 0;

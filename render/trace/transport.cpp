@@ -52,7 +52,7 @@ Vec3d Transport::sky(const Vec3f& direction) const {
   return {l.r, l.g, l.b};
 }
 
-Arrival Transport::arrival(TraceRay ray, const LightSample& light) {
+Arrival Transport::arrival(TraceRay ray, const LightSample& light, ShadowTracking* tracking) {
   Arrival arrival;
   arrival.value = Vec3d(1);
   ++tracer.counts.shadow_rays;
@@ -60,8 +60,10 @@ Arrival Transport::arrival(TraceRay ray, const LightSample& light) {
   const auto through_media = [&](const std::vector<Crossing>& passed, double t_end) {
     if (!scene().has_media()) return;
     media_along(tracer, ray, passed, t_end, shadow_stretches);
-    const Transmittance t = transmittance(shadow_stretches, ray.ray.direction);
-    arrival.value *= t.value, arrival.made *= t.made;
+    const Transmittance t =
+        tracking ? tracked_transmittance(shadow_stretches, ray.ray.direction, tracking->hero, tracking->random)
+                 : transmittance(shadow_stretches, ray.ray.direction);
+    arrival.value *= t.value, arrival.made *= t.made, arrival.lit *= t.lit;
   };
   if (light.luminaire && !light.luminaire->shadows) {
     through_media({}, light.distance);

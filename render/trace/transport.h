@@ -21,7 +21,8 @@ namespace render {
 constexpr uint32_t kPixelDimension = 0, kLensDimension = 2, kHeroDimension = 4, kVertexDimension = 8,
                    kDimensionsPerVertex = 16;
 /// Of one vertex, from kVertexDimension + vertex * kDimensionsPerVertex on.
-constexpr uint32_t kPickLight = 0, kOnLight = 1, kScatter = 3, kRoulette = 6, kFreePath = 7, kOcclusion = 9;
+constexpr uint32_t kPickLight = 0, kOnLight = 1, kScatter = 3, kRoulette = 6, kFreePath = 7, kOcclusion = 9,
+                   kShadowPath = 10;
 
 class PhotonMap;
 
@@ -35,7 +36,13 @@ struct TransportScene {
 
 /// Light that goes straight from a light to a point: `value` is the share that arrives, the others as in Transmittance.
 struct Arrival {
-  Vec3d value{0}, made{1};
+  Vec3d value{0}, made{1}, lit{1};
+};
+
+/// Who tracks density grids: a path's hero, and numbers for it.
+struct ShadowTracking {
+  int hero = 0;
+  RandomStream random{0};
 };
 
 class Transport {
@@ -50,8 +57,8 @@ class Transport {
   const RenderKnobs& knobs() const { return shared.knobs; }
 
   /// How much of a light's sample arrives where `from` starts towards it: through media, blocks and what passes light
-  /// straight. Counts one shadow ray.
-  Arrival arrival(TraceRay from, const LightSample& light);
+  /// straight. Counts one shadow ray. Density grids are tracked where `tracking` says how, else exact.
+  Arrival arrival(TraceRay from, const LightSample& light, ShadowTracking* tracking = nullptr);
   /// Radiance from the sky along a ray that leaves the scene.
   Vec3d sky(const Vec3f& direction) const;
 

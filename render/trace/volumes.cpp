@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "render/trace/media.h"
+
 namespace render {
 
 using world::kInfinity;
@@ -31,6 +33,60 @@ Vec3d relative_attenuation(const Vec3d& sigma, int hero, double depth) {
 
 double depth_to(const MediumStretch& s, const Vec3d& direction, double t) {
   return world::medium_depth(*s.medium->medium, s.origin, direction, s.t0, t);
+}
+
+bool collides(const SceneMedium& m) { return m.scatters || m.emits; }
+
+/// Delta tracking up to `end`.
+GridTracking delta_track(const MediumStretch& s, const Vec3d& direction, double end, double sigma,
+                         RandomStream random) {
+  GridTracking found;
+  const auto numbers = [&] { return random.next_double(); };
+  found.majorant =
+      track_collisions(*s.medium->medium, s.origin, direction, s.t0, end, sigma, numbers, [&](double t, double share) {
+        if (random.next_double() < share) {
+          found.collision = t;
+          return false;
+        }
+        ++found.nulls;
+        found.missed *= 1 - share;
+        return true;
+      });
+  return found;
+}
+
+/// Ratio tracking up to `end`: no collision is real. `weight`: 1, or what Russian roulette makes of it.
+GridTracking ratio_track(const MediumStretch& s, const Vec3d& direction, double end, double sigma, RandomStream& random,
+                         double& weight) {
+  constexpr double kLeastMissed = 1.0 / 16;
+  GridTracking found;
+  const auto numbers = [&] { return random.next_double(); };
+  weight = 1;
+  found.majorant =
+      track_collisions(*s.medium->medium, s.origin, direction, s.t0, end, sigma, numbers, [&](double, double share) {
+        ++found.nulls;
+        found.missed *= 1 - share;
+        if (found.missed * weight < kLeastMissed) weight = random.next_double() < 0.5 ? 2 * weight : 0;
+        return found.missed * weight > 0;
+      });
+  return found;
+}
+
+/// Each band's probability of the tentative collisions and of none between them, over the hero's.
+Vec3d relative_majorant(const Vec3d& sigma, int hero, const GridTracking& found) {
+  Vec3d r(1);
+  for (int b = 0; b < 3; ++b) {
+    if (b == hero || sigma[b] == sigma[hero]) continue;
+    const double nulls = found.nulls > 0 ? found.nulls * std::log(sigma[b] / sigma[hero]) : 0;
+    r[b] = std::min(std::exp(nulls - (sigma[b] - sigma[hero]) * found.majorant), kLargestRatio);
+  }
+  return r;
+}
+
+void pass_exactly(const MediumStretch& s, const Vec3d& direction, Transmittance& t) {
+  const Vec3d passed = attenuation(s.medium->extinction, depth_to(s, direction, s.t1));
+  t.value *= passed;
+  if (collides(*s.medium)) t.made *= passed;
 }
 
 }  // namespace
@@ -76,25 +132,60 @@ void media_along(Tracer& tracer, const TraceRay& ray, const std::vector<Crossing
 }
 
 ScatterEvent follow_media(const std::vector<MediumStretch>& stretches, const Vec3d& direction, double t_end,
-                          RandomStream& random, Bands& bands, Vec3d& emitted) {
+                          DensityTracking tracking, RandomStream& random, Bands& bands, Vec3d& emitted) {
   ScatterEvent event;
   event.t = t_end;
   const int hero = bands.hero;
+  const bool tracks = tracking == DensityTracking::delta;
+  const RandomStream grids = random.split();
+  GridTracking tracked;  // of the stretch `of`, up to `until`
+  size_t of = stretches.size();
+  double until = 0;
+  const auto track_grid = [&](size_t i) -> const GridTracking& {
+    const MediumStretch& s = stretches[i];
+    const double end = std::min(s.t1, event.t);
+    if (of != i || until != end)
+      tracked = delta_track(s, direction, end, s.medium->extinction[hero], grids.part(i)), of = i, until = end;
+    return tracked;
+  };
+
   // The first collision in a medium that scatters or shines.
-  for (const MediumStretch& s : stretches) {
+  for (size_t i = 0; i < stretches.size(); ++i) {
+    const MediumStretch& s = stretches[i];
     const SceneMedium& m = *s.medium;
-    if (!(m.scatters || m.emits)) continue;
+    if (!collides(m)) continue;
     const double wanted = -std::log1p(-random.next_double()), sigma = m.extinction[hero];
     if (!(sigma > 0) || s.t0 >= event.t) continue;
-    const double t = world::medium_reach(*m.medium, s.origin, direction, s.t0, std::min(s.t1, event.t), wanted / sigma);
-    if (t < event.t) event = {true, t, &m};
+    const double t = tracks && m.tracks ? track_grid(i).collision
+                                        : world::medium_reach(*m.medium, s.origin, direction, s.t0,
+                                                              std::min(s.t1, event.t), wanted / sigma);
+    if (t < event.t) event = {true, t, &m}, until = of == i ? t : until;
   }
-  // What lets light through up to there: media that only absorb are a weight; in others, to pass was a choice.
-  for (const MediumStretch& s : stretches) {
+  // What lets light through up to there: media that only absorb are a weight; in others, to pass was a choice. Numbers
+  // of a grid that was tracked further say the same up to there.
+  for (size_t i = 0; i < stretches.size(); ++i) {
+    const MediumStretch& s = stretches[i];
     if (s.t0 >= event.t) continue;
     const SceneMedium& m = *s.medium;
-    const double depth = depth_to(s, direction, std::min(s.t1, event.t));
-    if (!(m.scatters || m.emits)) {
+    const double end = std::min(s.t1, event.t);
+    if (tracks && m.tracks) {
+      if (collides(m)) {
+        const GridTracking& found = track_grid(i);
+        const Vec3d ratio = relative_majorant(m.extinction, hero, found);
+        bands.beta *= ratio, bands.made *= ratio;
+        bands.lit = min(bands.lit * ratio / std::max(found.missed, 1 / kLargestRatio), Vec3d(kLargestRatio));
+      } else {
+        double weight = 1;
+        RandomStream numbers = grids.part(i);
+        const GridTracking found = ratio_track(s, direction, end, m.extinction[hero], numbers, weight);
+        const Vec3d ratio = relative_majorant(m.extinction, hero, found);
+        bands.beta *= ratio * (found.missed * weight);
+        bands.made *= ratio, bands.lit *= ratio;
+      }
+      continue;
+    }
+    const double depth = depth_to(s, direction, end);
+    if (!collides(m)) {
       bands.beta *= attenuation(m.extinction, depth);
       continue;
     }
@@ -115,11 +206,25 @@ ScatterEvent follow_media(const std::vector<MediumStretch>& stretches, const Vec
 
 Transmittance transmittance(const std::vector<MediumStretch>& stretches, const Vec3d& direction) {
   Transmittance t;
+  for (const MediumStretch& s : stretches) pass_exactly(s, direction, t);
+  return t;
+}
+
+Transmittance tracked_transmittance(const std::vector<MediumStretch>& stretches, const Vec3d& direction, int hero,
+                                    RandomStream& random) {
+  Transmittance t;
   for (const MediumStretch& s : stretches) {
-    const SceneMedium& m = *s.medium;
-    const Vec3d passed = attenuation(m.extinction, depth_to(s, direction, s.t1));
-    t.value *= passed;
-    if (m.scatters || m.emits) t.made *= passed;
+    if (!s.medium->tracks) {
+      pass_exactly(s, direction, t);
+      continue;
+    }
+    const Vec3d& sigma = s.medium->extinction;
+    double weight = 1;
+    const GridTracking found = ratio_track(s, direction, s.t1, sigma[hero], random, weight);
+    const Vec3d ratio = relative_majorant(sigma, hero, found);
+    t.value *= ratio * (found.missed * weight);
+    t.lit *= ratio;
+    t.made *= collides(*s.medium) ? ratio * found.missed : ratio;
   }
   return t;
 }

@@ -4,9 +4,13 @@
 /// picked uniformly; what it finds is weighed by the mean over all bands of the probability with which they would have
 /// found it (balance heuristic), so each band's estimate is unbiased whatever the others' extinctions are. See Bands.
 ///
-/// Depths along a ray and their inverses are exact (world/media/medium.h), of density grids too: so are free paths,
-/// which solve sigma_t * depth(t) = -ln(1 - u), and transmittances. Where several media overlap, the first to scatter
-/// wins.
+/// Depths along a ray and their inverses have closed forms (world/media/medium.h): free paths solve
+/// sigma_t * depth(t) = -ln(1 - u), transmittances are exact. Density grids offer the same cell by cell
+/// (DensityTracking::exact), and, by default, tracking: below the largest density of each brick, the majorant,
+/// tentative collisions are drawn, of which the density's share are real; transmittances are products of the other
+/// shares (ratio tracking). That asks for densities alone, so its cost goes with depth, not with cells, and it is
+/// noisier; grids through which it would need 10^5 collisions are left to exact depths. Where several media overlap,
+/// the first to scatter wins.
 ///
 /// A medium's emission is the radiance that its matter, extinction included, would send out if it were infinitely deep:
 /// along ds a medium adds sigma_t * density * emission * ds.
@@ -17,6 +21,7 @@
 
 #include <vector>
 
+#include "render/knobs.h"
 #include "render/trace/geometry.h"
 #include "render/trace/sampler.h"
 
@@ -39,6 +44,15 @@ struct MediumStretch {
   double t0 = 0, t1 = 0;
 };
 
+/// What tracking one density grid by one band's extinction came to: with sigma a band's extinction and h that band, the
+/// other's probability of the same, over the hero's, is exp(-(sigma - sigma_h) majorant) (sigma / sigma_h)^nulls.
+struct GridTracking {
+  double majorant = 0;  // its integral up to the end or the real collision, m
+  int nulls = 0;        // tentative collisions that weren't real
+  double missed = 1;    // product over them of 1 - density / majorant
+  double collision = world::kInfinity;
+};
+
 /// The stretches of [0, t_end] within media, in order of media; replaces what was in `out`.
 void media_along(Tracer& tracer, const TraceRay& ray, const std::vector<Crossing>& crossings, double t_end,
                  std::vector<MediumStretch>& out);
@@ -52,13 +66,17 @@ struct ScatterEvent {
 /// Follows the path along the ray, to where a medium scatters it or to t_end, and brings `bands` up to date, the
 /// extinction and albedo there included. `emitted` gains what the media themselves send back, weighed.
 ScatterEvent follow_media(const std::vector<MediumStretch>& stretches, const Vec3d& direction, double t_end,
-                          RandomStream& random, Bands& bands, Vec3d& emitted);
+                          DensityTracking tracking, RandomStream& random, Bands& bands, Vec3d& emitted);
 
-/// The share of light that passes, by band. `made`: the probability that a path would have passed, by band.
+/// The share of light that passes, by band. `made`: the probability that a path would have passed so, by band; `lit`:
+/// that this estimate would have been made. All over the probability with which it was: 1 where nothing is drawn.
 struct Transmittance {
-  Vec3d value{1}, made{1};
+  Vec3d value{1}, made{1}, lit{1};
 };
 Transmittance transmittance(const std::vector<MediumStretch>& stretches, const Vec3d& direction);
+/// An estimate of it, right in the mean over heroes: value / mean(lit). Density grids are tracked.
+Transmittance tracked_transmittance(const std::vector<MediumStretch>& stretches, const Vec3d& direction, int hero,
+                                    RandomStream& random);
 
 /// What is seen through and of the media alone, with no light scattered in:
 /// `value` multiplies what lies behind; `added` is the media's own light.

@@ -13,8 +13,8 @@
 #include "world/luminaires/every_luminaire.shared.h"
 #include "world/luminaires/image_distribution.h"
 #include "world/luminaires/kinds.h"
-#include "world/luminaires/triangle_tree.h"
 #include "world/numbers/robust.h"
+#include "world/space/box_tree.h"
 #include "world/space/ray_shapes.h"
 
 namespace world {
@@ -118,7 +118,7 @@ struct LuminaireSampler::State {
   Vec3d colour{0};             // in the unit of the member's keys
   std::vector<Emitter> parts;  // one, or a mesh's triangles
   std::vector<double> areas;   // sums up to and with each part; of several parts
-  TriangleTree tree;
+  BoxTree tree;                // over parts, where there are several
   double area = 0;
   Vec3d power{0};  // W
   const LightImage* image = nullptr;
@@ -202,7 +202,7 @@ Status LuminaireSampler::State::build_parts() {
     area = member->area(whole);
     return {};
   }
-  std::vector<Vec3d> corners;
+  std::vector<Box> boxes;
   for (size_t i = 0; i + 2 < luminaire.triangles.size(); i += 3) {
     const Vec3f &a = luminaire.triangles[i], &b = luminaire.triangles[i + 1], &c = luminaire.triangles[i + 2];
     const auto normal = triangle_normal(a, b, c);
@@ -214,12 +214,13 @@ Status LuminaireSampler::State::build_parts() {
     if (!(own > 0)) continue;
     parts.push_back(part);
     areas.push_back(area += own);
-    corners.insert(corners.end(), {Vec3d(a), Vec3d(b), Vec3d(c)});
+    Box& box = boxes.emplace_back();
+    for (const Vec3f& corner : {a, b, c}) box.include(Vec3d(corner));
   }
   if (parts.empty() || !std::isfinite(area))
     return input_error(fmt::format("{}: the mesh of luminaire '{}' has no triangle with an area; of {} none is left",
                                    luminaire.where, luminaire.name, luminaire.triangles.size() / 3));
-  if (parts.size() > 1) tree = TriangleTree(corners);
+  if (parts.size() > 1) tree = BoxTree(boxes);
   return {};
 }
 

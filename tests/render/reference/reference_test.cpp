@@ -1,6 +1,7 @@
 // The reference against closed forms, and against itself.
 #include "render/reference/reference.h"
 
+#include <array>
 #include <cstring>
 #include <filesystem>
 
@@ -26,6 +27,50 @@ TEST(Reference, AFurnaceShinesWithEmissionOverOneLessAlbedo) {
   expect_mean(f.image, {2, 2.5, 2.5}, "furnace");
   EXPECT_EQ(f.report.nan_samples, 0u);
   EXPECT_GT(work(f.report, "block_light"), 0u);
+}
+
+/// The same of triangles: a box of 12 that face inwards, askew, whose emission and scattering make 1 together.
+World mesh_furnace(double mirror) {
+  World w = dark_world();
+  auto mesh = std::make_shared<TriangleMesh>();
+  for (unsigned i = 0; i < 8; ++i) mesh->positions.push_back(Vec3f(i & 1, i >> 1 & 1, i >> 2) - 0.5f);
+  for (const auto& [a, b, c, d] : {std::array{0u, 2u, 6u, 4u},
+                                   {1u, 5u, 7u, 3u},
+                                   {0u, 4u, 5u, 1u},
+                                   {2u, 3u, 7u, 6u},
+                                   {0u, 1u, 3u, 2u},
+                                   {4u, 6u, 7u, 5u}}) {
+    // Seen from within, counter-clockwise.
+    mesh->triangles.push_back({a, b, c});
+    mesh->triangles.push_back({a, c, d});
+  }
+  MeshInstance m;
+  m.name = "furnace";
+  m.mesh = mesh;
+  m.block_id = add_block(w, matte("furnace_wall", {0.5f, 0.2f, 0.8f}));
+  m.radiance = {0.5f, 0.8f, 0.2f};
+  const double c = std::cos(0.4), d = std::sin(0.4);
+  m.transform = glm::dmat3(Vec3d(c, d, 0), Vec3d(-d, c, 0), Vec3d(0, 0, 1)) *
+                glm::dmat3(Vec3d(6 * mirror, 0, 0), Vec3d(0, 4, 0), Vec3d(0, 0, 5));
+  m.position = WorldPoint::from(2, 2, 2);
+  w.meshes.push_back(m);
+  return w;
+}
+
+TEST(Reference, AWhiteFurnaceOfTrianglesShinesWithOneMirroredToo) {
+  for (const double mirror : {1.0, -1.0}) {
+    const World w = mesh_furnace(mirror);
+    const Frame f = trace(w, looking({2.3, 1.7, 2.1}, {5, 1, 4}, 90), sampled(256), 32, 32);
+    expect_mean(f.image, {1, 1, 1}, mirror > 0 ? "furnace of triangles" : "mirrored");
+    double squares = 0;
+    for (const Rgb& p : f.image.pixels)
+      for (const float v : {p.r, p.g, p.b}) squares += (v - 1) * (v - 1) / 3;
+    const double error = std::sqrt(squares / (32 * 32));
+    EXPECT_LT(error, 0.05);
+    EXPECT_NEAR(error / f.report.relative_error, 1, 0.1) << mirror;  // of 3072 values: 1.3 % at 1 sigma
+    EXPECT_EQ(f.report.nan_samples, 0u);
+    EXPECT_GT(work(f.report, "meshes"), 0u);
+  }
 }
 
 TEST(Reference, AFurnaceFarFromTheOriginIsTheSamePicture) {

@@ -3,6 +3,7 @@
 
 #include <set>
 
+#include "render/knobs.h"
 #include "tests/render/trace/trace_worlds.h"
 
 namespace render {
@@ -67,6 +68,24 @@ TEST(Surfaces, EachChangeOfBlockShowsOneFaceOfOneBlock) {
   // From within blocks that let no light through rays leave unseen: stone, then glass up to its own end.
   expect(4.5, 1, 1.5, leaves, false, 0);
   EXPECT_FALSE(t.meet({6.5, 0.5, 0.5}, {1, 0, 0}).hit());
+}
+
+TEST(Surfaces, GlossHasTheLobeThatTheSceneWasBuiltWith) {
+  World w = dark_world();
+  Block b = matte("plastic", {0.3f, 0.3f, 0.3f});
+  b.bsdf = "blinn_phong";
+  b.glossy = {0.04f, 0.04f, 0.04f};
+  const BlockId plastic = add_block(w, b);
+  const WorldView view(w);
+  for (const uint32_t gloss : {shared::kGlossExact, shared::kGlossPublished, shared::kGlossFresnel}) {
+    const auto scene = TraceScene::build(view, gloss);
+    ASSERT_TRUE(scene.ok());
+    EXPECT_EQ(scene->materials()[plastic].outside.gloss, gloss);
+    EXPECT_EQ(scene->parameters(plastic, 1.33f, false).gloss, gloss);
+  }
+  EXPECT_EQ(static_cast<uint32_t>(GlossLobe::exact), shared::kGlossExact);
+  EXPECT_EQ(static_cast<uint32_t>(GlossLobe::published), shared::kGlossPublished);
+  EXPECT_EQ(static_cast<uint32_t>(GlossLobe::fresnel), shared::kGlossFresnel);
 }
 
 TEST(Surfaces, TheSameBlockIsOneBody) {
@@ -201,6 +220,50 @@ TEST(Luminaires, EndARayAtTheirEmittingSideOnly) {
   EXPECT_NEAR(below.t, 2.5, 1e-6);
   EXPECT_NEAR(below.emission.x, 1 / (kTestPi * 4), 1e-6);
   EXPECT_FALSE(t.meet({0.5, 5.5, 0.5}, {0, -1, 0}).hit());
+}
+
+TEST(Luminaires, AmongManyTheNearestIsMetAsALoopOverAllFindsIt) {
+  // Far from the origin, and of each kind that has an area.
+  World w = dark_world();
+  const VoxelPos far{100000000, -20000000, 3};
+  const auto u = [](int i, int k) { return uniform01_double(random_bits(14, i, k, 0)); };
+  for (int i = 0; i < 500; ++i) {
+    Luminaire l;
+    l.kind = l.name = i % 3 == 0 ? "rectangle" : i % 3 == 1 ? "disk" : "sphere";
+    l.position = WorldPoint::from(40 * u(i, 0), 40 * u(i, 1), 40 * u(i, 2));
+    l.position.voxel = l.position.voxel + far;
+    l.axis = Vec3f(glm::normalize(Vec3d(u(i, 3), u(i, 4), u(i, 5)) - 0.5));
+    l.up = Vec3f(glm::normalize(cross(Vec3d(l.axis), Vec3d(0.3, 0.2, 0.9))));
+    l.radius = static_cast<float>(0.1 + u(i, 6));
+    l.extent = {static_cast<float>(0.1 + 3 * u(i, 6)), 1};
+    l.power = {1, 2, 3};
+    w.luminaires.push_back(l);
+  }
+  Traced t(std::move(w));
+  int met = 0;
+  for (int i = 0; i < 3000; ++i) {
+    TraceRay ray;
+    WorldPoint start = WorldPoint::from(40 * u(i, 7), 40 * u(i, 8), 40 * u(i, 9));
+    start.voxel = start.voxel + far;
+    ray.ray = GridRay(start, glm::normalize(Vec3d(u(i, 10), u(i, 11), u(i, 12)) - 0.5));
+    if (i % 5 == 0) ray.ray.t_max = 3;
+    uint32_t expected = UINT32_MAX;
+    double nearest = ray.ray.t_max / (1 - kLuminaireTolerance);
+    for (uint32_t k = 0; k < t.scene.luminaires().size(); ++k) {
+      const auto hit = t.scene.luminaires()[k].sampler.meet(start - t.scene.luminaires()[k].luminaire->position,
+                                                            Vec3f(ray.ray.direction));
+      if (hit && hit->distance < nearest) nearest = hit->distance, expected = k;
+    }
+    const Surface s = t.tracer.intersect(ray, t.crossings);
+    ASSERT_EQ(s.kind == SurfaceKind::luminaire ? s.index : UINT32_MAX, expected) << i;
+    if (expected == UINT32_MAX) continue;
+    ++met;
+    EXPECT_EQ(s.t, std::min(nearest, ray.ray.t_max)) << i;
+    // Without it, the next behind.
+    const Surface behind = t.tracer.intersect(ray, t.crossings, true, expected);
+    EXPECT_TRUE(behind.kind != SurfaceKind::luminaire || (behind.index != expected && behind.t >= s.t)) << i;
+  }
+  EXPECT_GT(met, 1000);
 }
 
 TEST(Luminaires, OnAFaceLieBeforeIt) {

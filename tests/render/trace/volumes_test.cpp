@@ -2,6 +2,7 @@
 #include "render/trace/volumes.h"
 
 #include "tests/render/trace/trace_worlds.h"
+#include "world/media/brick_field.h"
 
 namespace render {
 namespace {
@@ -42,14 +43,15 @@ struct Along {
 
 /// Estimates over paths of the contribution `value(event, bands)`, by band and with its error.
 template <class Value>
-PixelSamples over_paths(const Along& along, double t_end, int paths, Value value) {
+PixelSamples over_paths(const Along& along, double t_end, int paths, Value value,
+                        DensityTracking tracking = DensityTracking::delta) {
   PixelSamples sum;
   for (int i = 0; i < paths; ++i) {
     RandomStream random(hash_combine(77, static_cast<uint64_t>(i)));
     Bands bands;
     bands.hero = i % 3;
     Vec3d emitted(0);
-    const ScatterEvent event = follow_media(along.stretches, along.direction, t_end, random, bands, emitted);
+    const ScatterEvent event = follow_media(along.stretches, along.direction, t_end, tracking, random, bands, emitted);
     sum.add(value(event, bands, emitted));
   }
   return sum;
@@ -132,6 +134,136 @@ TEST(FollowMedia, NothingIsNanAtExtremes) {
       const Transmittance t = transmittance(along.stretches, along.direction);
       for (int b = 0; b < 3; ++b) EXPECT_TRUE(t.value[b] >= 0 && t.value[b] <= 1);
     }
+}
+
+// --- density grids ------------------------------------------------------------------------------------------------
+
+/// Voxels of 0.5 m from -2 to 10 m along x and from -2 to 2 m across: `value(i)` by number.
+template <class Value>
+Medium grid(Absorption3 absorption, Absorption3 scattering, FieldSampling sampling, Value value) {
+  Medium m = medium("density_grid", absorption, scattering);
+  m.voxel_size = 0.5f;
+  std::vector<FieldLeaf> leaves;
+  for (int x = -1; x < 2; ++x)
+    for (int y = -1; y < 1; ++y)
+      for (int z = -1; z < 1; ++z) {
+        FieldLeaf& leaf = leaves.emplace_back();
+        leaf.leaf = {x, y, z};
+        for (size_t i = 0; i < leaf.values.size(); ++i) leaf.values[i] = value(leaves.size() * kLeafVoxels + i);
+      }
+  m.field = BrickField::make(std::move(leaves), sampling, "grid").value();
+  return m;
+}
+float speckled(size_t i) {
+  const float u = uniform01(random_bits(5, static_cast<int64_t>(i), 0, 0));
+  return u < 0.6f ? 0 : 6 * (u - 0.6f);
+}
+float solid(size_t) { return 1; }
+
+/// Grids that scatter, shine and absorb, each other and a fog with a closed form over them.
+Along grids() {
+  const Medium smoke = grid({0.01f, 0.02f, 0.4f}, {0.1f, 0.5f, 1.5f}, FieldSampling::trilinear, speckled);
+  Medium fire =
+      grid({0.2f, 0.1f, 0.05f}, {0.02f, 0, 0}, FieldSampling::nearest, [](size_t i) { return speckled(i + 9); });
+  fire.emission = {3, 2, 1};
+  const Medium soot = grid({0.1f, 0.3f, 0}, {}, FieldSampling::trilinear, [](size_t i) { return speckled(2 * i); });
+  Medium fog = medium("height_fog", {0, 0.02f, 0.01f}, {0.05f, 0.1f, 0.2f});
+  fog.scale_height = 3;
+  return Along({smoke, fog, fire, soot}, 8, {1, 0.1, -0.05});
+}
+
+TEST(DensityTracking, WhatPassesAHomogeneousCubeIsTheExponentialOfItsDepth) {
+  const Vec3d sigma(0.1, 0.45, 1.2);
+  for (const FieldSampling sampling : {FieldSampling::nearest, FieldSampling::trilinear}) {
+    const Along along({grid({0.05f, 0.05f, 0.2f}, {0.05f, 0.4f, 1}, sampling, solid)}, 3);
+    const Vec3d exact(std::exp(-3 * sigma.x), std::exp(-3 * sigma.y), std::exp(-3 * sigma.z));
+    expect(over_paths(along, 3, 200000,
+                      [](const ScatterEvent& e, const Bands& b, const Vec3d&) {
+                        return e.scatters ? Vec3d(0) : b.beta / Bands::mean(b.made);
+                      }),
+           exact, "passed");
+    const Vec3d albedo = Vec3d(0.05, 0.4, 1) / sigma;
+    expect(over_paths(along, 3, 200000,
+                      [](const ScatterEvent& e, const Bands& b, const Vec3d&) {
+                        return e.scatters ? b.beta / Bands::mean(b.made) : Vec3d(0);
+                      }),
+           albedo * (Vec3d(1) - exact), "scattered");
+  }
+}
+
+TEST(DensityTracking, PathsAreThoseOfExactDepthsInTheMean) {
+  const Along along = grids();
+  ASSERT_EQ(along.stretches.size(), 4u);
+  const auto passed = [](const ScatterEvent& e, const Bands& b, const Vec3d&) {
+    return e.scatters ? Vec3d(0) : b.beta / Bands::mean(b.made);
+  };
+  const auto scattered = [](const ScatterEvent& e, const Bands& b, const Vec3d&) {
+    return e.scatters ? b.beta * (1 + e.t) / Bands::mean(b.made) : Vec3d(0);  // and where
+  };
+  const auto emitted = [](const ScatterEvent&, const Bands&, const Vec3d& light) { return light; };
+  expect(over_paths(along, 8, 200000, passed), transmittance(along.stretches, along.direction).value, "passed");
+  const auto agree = [&](auto value, const char* what) {
+    const PixelSamples tracked = over_paths(along, 8, 200000, value),
+                       exact = over_paths(along, 8, 200000, value, DensityTracking::exact);
+    for (int b = 0; b < 3; ++b)
+      EXPECT_NEAR(tracked.mean[b], exact.mean[b],
+                  4 * std::sqrt(tracked.squares[b] + exact.squares[b]) / tracked.count + 1e-12)
+          << what << " band " << b;
+  };
+  agree(scattered, "scattered");
+  agree(emitted, "emitted");
+}
+
+/// Estimates of what passes, over heroes: value / mean(weight(estimate)).
+template <class Weight>
+PixelSamples over_shadows(const Along& along, Weight weight) {
+  PixelSamples sum;
+  for (int i = 0; i < 200000; ++i) {
+    RandomStream random(hash_combine(78, static_cast<uint64_t>(i)));
+    const Transmittance t = tracked_transmittance(along.stretches, along.direction, i % 3, random);
+    sum.add(t.value / Bands::mean(weight(t)));
+  }
+  return sum;
+}
+
+TEST(DensityTracking, RatioTrackedTransmittancesAreRightInTheMean) {
+  const Along along = grids();
+  expect(over_shadows(along, [](const Transmittance& t) { return t.lit; }),
+         transmittance(along.stretches, along.direction).value, "passed");
+}
+
+TEST(DensityTracking, PathsWeighedAgainstJoiningALightAreCountedOnce) {
+  // As above; now both ways draw collisions, and know each other's densities.
+  const Along along = grids();
+  const Vec3d closed = transmittance(along.stretches, along.direction).value;
+  for (const double p : {0.1, 1.0, 20.0}) {
+    const PixelSamples passed = over_paths(along, 8, 200000, [&](const ScatterEvent& e, const Bands& b, const Vec3d&) {
+      return e.scatters ? Vec3d(0) : b.beta / Bands::mean(b.made + b.lit * p);
+    });
+    const PixelSamples joined = over_shadows(along, [&](const Transmittance& t) { return t.lit * p + t.made; });
+    for (int b = 0; b < 3; ++b)
+      EXPECT_NEAR(passed.mean[b] + p * joined.mean[b], closed[b],
+                  4 * std::sqrt(passed.squares[b] + p * p * joined.squares[b]) / passed.count + 1e-12)
+          << p << " band " << b;
+  }
+}
+
+TEST(DensityTracking, NothingIsNanAtExtremes) {
+  for (const float strength : {1e-30f, 1e-3f, 1e3f, 1e30f}) {  // of the last, tracking would not end
+    const Along along({grid({strength, 0, 1}, {0, strength, 1e-20f}, FieldSampling::trilinear, speckled),
+                       grid({0, 0, strength}, {}, FieldSampling::nearest, speckled)},
+                      8);
+    const PixelSamples paths = over_paths(along, 8, 300, [](const ScatterEvent&, const Bands& b, const Vec3d& e) {
+      return b.beta / Bands::mean(b.made) + 0.0 * (b.beta / Bands::mean(b.made + b.lit * 0.5)) + e;
+    });
+    EXPECT_EQ(paths.rejected, 0u) << strength;
+    for (int i = 0; i < 300; ++i) {
+      RandomStream random(static_cast<uint64_t>(i));
+      const Transmittance t = tracked_transmittance(along.stretches, along.direction, i % 3, random);
+      const Vec3d weighed = t.value / Bands::mean(t.lit + t.made);
+      for (int b = 0; b < 3; ++b) EXPECT_TRUE(weighed[b] >= 0 && weighed[b] < 100) << strength << ' ' << weighed[b];
+    }
+  }
 }
 
 TEST(FogAlong, OverlappingMediaOfConstantDensityAreExact) {
