@@ -140,6 +140,9 @@ Result<int> bench_pareto(const Registry& registry, const BenchRequest& request) 
     if (!result.error.empty() || !slopes_met) code = static_cast<int>(world::ErrorKind::comparison);
     if (!request.plot_folder.empty() && result.error.empty()) {
       TRY_STATUS(world::write_bytes_atomically(request.plot_folder / (subject.name + ".svg"), pareto_svg(result)));
+      if (!result.slopes.empty())
+        TRY_STATUS(
+            world::write_bytes_atomically(request.plot_folder / (subject.name + "-slopes.svg"), slopes_svg(result)));
       TRY_STATUS(world::write_bytes_atomically(request.plot_folder / (subject.name + ".csv"), pareto_csv(result)));
     }
     results.push_back(std::move(result));

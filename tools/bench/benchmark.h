@@ -163,6 +163,7 @@ struct Subject {
   std::string reference;             // closed form, exact arithmetic, or another algorithm in two halves; say which
   std::vector<std::string> metrics;  // the first is the error axis; with units
   std::string work_unit;             // "transforms", "steps", "rays"
+  std::string knob_unit = "knob";    // "samples a pixel": what a setting's knob counts
   double noise_floor = 0;            // of the reference, in the unit of the first metric; 0 = exact
   int threads = 1;
   std::map<std::string, ExpectedSlope> expected_slopes = {};  // by method

@@ -70,7 +70,9 @@ struct Picture {
   }
 };
 
-void draw_axes(Picture& picture, const LogAxis& time, const LogAxis& error, const SubjectResult& s) {
+enum class Across { time, knob };
+
+void draw_axes(Picture& picture, const LogAxis& time, const LogAxis& error, const SubjectResult& s, Across across) {
   const auto ticks = [](const LogAxis& axis) { return std::max(1, (axis.high - axis.low) / 12); };
   for (int d = time.low; d <= time.high; d += ticks(time)) {
     const double x = time.place(std::pow(10.0, d));
@@ -83,7 +85,7 @@ void draw_axes(Picture& picture, const LogAxis& time, const LogAxis& error, cons
     picture.text(kLeft - 8, y + 4, "text-anchor=\"end\"", fmt::format("1e{}", d));
   }
   for (double budget : {1.0, 4.0, 16.0, 64.0}) {
-    if (budget < std::pow(10.0, time.low) || budget > std::pow(10.0, time.high)) continue;
+    if (across != Across::time || budget < std::pow(10.0, time.low) || budget > std::pow(10.0, time.high)) continue;
     const double x = time.place(budget);
     picture.line(x, kTop, x, kBottom, "stroke=\"#888\" stroke-dasharray=\"2 4\"");
     picture.text(x + 3, kTop + 12, "fill=\"#666\"", fmt::format("{:g} ms", budget));
@@ -97,7 +99,8 @@ void draw_axes(Picture& picture, const LogAxis& time, const LogAxis& error, cons
   }
   picture.svg += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\" stroke=\"#333\"/>\n",
                              kLeft, kTop, kRight - kLeft, kBottom - kTop);
-  picture.text((kLeft + kRight) / 2, kBottom + 44, "text-anchor=\"middle\"", "ms of one call; work: " + s.work_unit);
+  picture.text((kLeft + kRight) / 2, kBottom + 44, "text-anchor=\"middle\"",
+               across == Across::time ? "ms of one call; work: " + s.work_unit : s.knob_unit);
   picture.svg += fmt::format("<text transform=\"translate(22 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
                              (kTop + kBottom) / 2, escaped(s.metrics.empty() ? "error" : s.metrics[0]));
 }
@@ -150,9 +153,23 @@ void draw_point(Picture& picture, double x, double y, const PointResult& p, doub
   picture.svg += "</g>\n";
 }
 
-}  // namespace
+/// A line of this slope through the middle of a method's points, across the picture.
+void draw_slope(Picture& picture, const LogAxis& across, const LogAxis& error, const std::vector<double>& xs,
+                const std::vector<double>& ys, double slope) {
+  double x = 0, y = 0, least = INFINITY, most = 0;
+  int count = 0;
+  for (size_t i = 0; i < xs.size(); ++i) {
+    if (!(xs[i] > 0) || !(ys[i] > 0) || !std::isfinite(ys[i])) continue;
+    x += std::log10(xs[i]), y += std::log10(ys[i]), ++count;
+    least = std::min(least, xs[i]), most = std::max(most, xs[i]);
+  }
+  if (count < 2) return;
+  const auto at = [&](double v) { return error.place(std::pow(10, y / count + slope * (std::log10(v) - x / count))); };
+  picture.line(across.place(least), at(least), across.place(most), at(most),
+               "stroke=\"#333\" stroke-dasharray=\"6 4\"");
+}
 
-std::string pareto_svg(const SubjectResult& s) {
+std::string svg_of(const SubjectResult& s, Across across) {
   Picture picture;
   picture.svg = fmt::format(
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}\" "
@@ -164,14 +181,14 @@ std::string pareto_svg(const SubjectResult& s) {
 
   std::vector<double> times, errors;
   for (const PointResult& p : s.points) {
-    times.push_back(p.ms.median);
+    times.push_back(across == Across::time ? p.ms.median : p.knob);
     errors.push_back(p.errors.empty() ? NAN : p.errors[0].median);
   }
   if (s.noise_floor > 0) errors.push_back(s.noise_floor);
   const bool exact = std::any_of(errors.begin(), errors.end(), [](double e) { return e == 0; });
   if (exact) picture.text(kLeft + 6, kBottom - 14, "fill=\"#555\" font-size=\"10\"", "triangles: exact, error 0");
   const LogAxis time(times, kLeft, kRight), error(errors, kBottom, kTop);
-  draw_axes(picture, time, error, s);
+  draw_axes(picture, time, error, s, across);
 
   const auto place = [&](size_t i) -> std::pair<double, double> {
     const PointResult& p = s.points[i];
@@ -181,7 +198,8 @@ std::string pareto_svg(const SubjectResult& s) {
 
   // The front of each problem, from the dearest point to the cheapest.
   std::set<std::string> problems;
-  for (const PointResult& p : s.points) problems.insert(p.problem);
+  for (const PointResult& p : s.points)
+    if (across == Across::time) problems.insert(p.problem);
   for (const std::string& problem : problems) {
     std::vector<size_t> front;
     for (size_t i = 0; i < s.points.size(); ++i)
@@ -192,23 +210,28 @@ std::string pareto_svg(const SubjectResult& s) {
     if (line.size() > 1) picture.path(line, "stroke=\"#333\" stroke-width=\"3\" opacity=\"0.5\"");
   }
 
-  // The points, joined by method; a guide line of the expected slope where knob and time go together.
+  // The points, joined by method, dashed in the second round of colours; over the knob, the slope that is expected.
   std::vector<std::string> methods;
   for (const PointResult& p : s.points)
     if (std::find(methods.begin(), methods.end(), p.method) == methods.end()) methods.push_back(p.method);
   Labels labels;
   for (size_t m = 0; m < methods.size(); ++m) {
     const std::string colour = kColours[m % std::size(kColours)];
+    const std::string dashes = m < std::size(kColours) ? "" : " stroke-dasharray=\"3 3\"";
     std::vector<std::pair<double, double>> line;
+    std::vector<double> xs, ys;
     for (size_t i = 0; i < s.points.size(); ++i)
-      if (s.points[i].method == methods[m]) line.push_back(place(i));
-    if (line.size() > 1) picture.path(line, "stroke=\"" + colour + "\" stroke-width=\"1\" opacity=\"0.6\"");
+      if (s.points[i].method == methods[m]) line.push_back(place(i)), xs.push_back(times[i]), ys.push_back(errors[i]);
+    if (line.size() > 1) picture.path(line, "stroke=\"" + colour + "\" stroke-width=\"1\" opacity=\"0.6\"" + dashes);
+    for (const SlopeResult& slope : s.slopes)
+      if (across == Across::knob && slope.method == methods[m])
+        draw_slope(picture, time, error, xs, ys, slope.expected);
     for (size_t i = 0; i < s.points.size(); ++i) {
       const PointResult& p = s.points[i];
       if (p.method != methods[m]) continue;
       const auto [x, y] = place(i);
       draw_point(picture, x, y, p, errors[i], colour);
-      labels.put(picture, x, y, short_label(p), colour);
+      if (across == Across::time) labels.put(picture, x, y, short_label(p), colour);
     }
     const double y = kTop + 14 + 18 * static_cast<double>(m);
     picture.svg += fmt::format("<circle cx=\"{}\" cy=\"{:.1f}\" r=\"4\" fill=\"{}\"/>\n", kRight + 16, y - 4, colour);
@@ -220,5 +243,10 @@ std::string pareto_svg(const SubjectResult& s) {
   }
   return picture.svg + "</svg>\n";
 }
+
+}  // namespace
+
+std::string pareto_svg(const SubjectResult& subject) { return svg_of(subject, Across::time); }
+std::string slopes_svg(const SubjectResult& subject) { return svg_of(subject, Across::knob); }
 
 }  // namespace tools

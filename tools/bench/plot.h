@@ -1,4 +1,5 @@
-/// Draws a subject's error over time as an SVG of its own: both axes logarithmic, to the bottom left is better.
+/// Draws a subject's error over time, or over its methods' knob, as an SVG of its own: both axes logarithmic, to the
+/// bottom left is better.
 ///
 /// The front of each problem is a bold line; what ships is ringed; a point that failed is a cross on the top edge, an
 /// exact one (error 0) a triangle on the bottom edge, one below three noise floors is hollow; the floor is a grey band,
@@ -12,5 +13,8 @@
 namespace tools {
 
 std::string pareto_svg(const SubjectResult& subject);
+/// Over the knob, with a dashed line of the slope that a method must show through its middle: for subjects that state
+/// slopes.
+std::string slopes_svg(const SubjectResult& subject);
 
 }  // namespace tools

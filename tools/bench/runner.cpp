@@ -244,7 +244,8 @@ void fit_slopes(const Subject& subject, SubjectResult& result) {
 SubjectResult run_subject(const Subject& subject, BenchContext& context, const RunOptions& options) {
   SubjectResult result;
   result.name = subject.name, result.question = subject.question, result.reference = subject.reference;
-  result.work_unit = subject.work_unit, result.metrics = subject.metrics, result.noise_floor = subject.noise_floor;
+  result.work_unit = subject.work_unit, result.knob_unit = subject.knob_unit, result.metrics = subject.metrics,
+  result.noise_floor = subject.noise_floor;
   result.threads = subject.threads > 0 ? subject.threads : world::thread_count();
   try {
     Result<std::vector<Setting>> settings = subject.settings(context);

@@ -82,7 +82,7 @@ struct SlopeResult {
 };
 
 struct SubjectResult {
-  std::string name, question, reference, work_unit;
+  std::string name, question, reference, work_unit, knob_unit;
   std::vector<std::string> metrics;
   double noise_floor = 0;
   int threads = 1;

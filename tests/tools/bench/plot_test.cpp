@@ -81,6 +81,23 @@ TEST(BenchPlot, SvgDrawsEveryPointAndNoCoordinateIsNotANumber) {
   EXPECT_NE(svg.find("noise floors"), std::string::npos);  // the band
 }
 
+TEST(BenchPlot, OverTheKnobTheExpectedSlopeIsADashedLineThroughTheMethod) {
+  SubjectResult s = subject();
+  s.knob_unit = "samples & more";
+  s.points = {point("a", 0.1, 7), point("a", 0.05, 3), point("a", 0.02, 1), point("b", NAN, 2)};
+  for (size_t i = 0; i < s.points.size(); ++i) s.points[i].knob = std::pow(4, static_cast<double>(i));
+  EXPECT_EQ(slopes_svg(s).find("stroke-dasharray"), std::string::npos);
+  s.slopes = {{"a", -0.5, -0.58, true}, {"b", -0.5, std::nullopt, false}};
+  const std::string svg = slopes_svg(s);
+  EXPECT_EQ(xml_fault(svg), "");
+  EXPECT_EQ(svg.find("nan"), std::string::npos);
+  const size_t dashed = svg.find("stroke-dasharray=\"6 4\"");
+  ASSERT_NE(dashed, std::string::npos);
+  EXPECT_EQ(svg.find("stroke-dasharray", dashed + 1), std::string::npos);  // of one point there is no line
+  EXPECT_NE(svg.find("samples &amp; more"), std::string::npos);
+  EXPECT_EQ(pareto_svg(s).find("6 4"), std::string::npos);
+}
+
 TEST(BenchPlot, CsvHasARowAPointAndAsManyCellsAsItsHead) {
   SubjectResult s = subject();
   s.metrics = {"worst m"};

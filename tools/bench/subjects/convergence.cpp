@@ -130,7 +130,8 @@ void add_subject_convergence(Registry& registry) {
   Subject subject{.question = "how many samples a pixel does a picture by the reference need?",
                   .reference = "path tracing itself, two independent halves of 2048 samples a pixel (quick: 512)",
                   .metrics = {"RMS error of radiance (relative)", "the same without the worst 1 % of pixels"},
-                  .work_unit = "camera samples"};
+                  .work_unit = "camera samples",
+                  .knob_unit = "samples a pixel"};
   for (const char* scene : kScenes) subject.expected_slopes[fmt::format("{} random", scene)] = {-0.5, 1};
   subject.settings = [](BenchContext& context) -> Result<std::vector<Setting>> {
     std::vector<Setting> settings;

@@ -1,12 +1,16 @@
 /// What light costs where a ray has arrived: BSDFs, luminaires, media one by one, and whole paths of the reference.
 /// The rival of each is the least that does the same for somebody: Lambert's constant, a point without size, a march
-/// of 16 steps, direct light alone.
+/// of 16 steps, direct light alone; of rays among many luminaires, a loop over all.
 #include <array>
 #include <cmath>
 #include <memory>
+#include <optional>
+
+#include <fmt/format.h>
 
 #include "render/backend.h"
 #include "render/bsdf/bsdf.h"
+#include "render/trace/geometry.h"
 #include "render/trace/media.h"
 #include "tools/bench/benchmark.h"
 #include "tools/picture.h"
@@ -177,6 +181,77 @@ void add_luminaires(Registry& registry) {
                   }});
 }
 
+/// A ray among many luminaires that have an area, and which of them it meets.
+struct LampField {
+  world::World world{world::standard_blocks()};
+  world::WorldView view{world};
+  std::optional<render::TraceScene> scene;
+  std::optional<render::Tracer> tracer;
+  std::vector<render::TraceRay> rays;
+  std::vector<render::Crossing> crossings;
+
+  static Result<std::shared_ptr<LampField>> make(int count, uint64_t seed) {
+    auto field = std::make_shared<LampField>();
+    Numbers random{seed};
+    const auto place = [&] { return world::WorldPoint::from(256 * random(), 256 * random(), 256 * random()); };
+    for (int i = 0; i < count; ++i) {
+      world::Luminaire l;
+      l.kind = "rectangle";
+      l.position = place();
+      l.axis = Vec3f(random.direction());
+      l.up = Vec3f(glm::normalize(glm::cross(Vec3d(l.axis), random.direction())));
+      l.power = {1, 1, 1};
+      field->world.luminaires.push_back(l);
+    }
+    TRY(field->scene, render::TraceScene::build(field->view));
+    field->tracer.emplace(*field->scene);
+    for (int i = 0; i < kInputs; ++i) {
+      render::TraceRay ray;
+      ray.ray = world::GridRay(place(), random.direction());
+      field->rays.push_back(ray);
+    }
+    return field;
+  }
+};
+
+void add_lamp_fields(Registry& registry) {
+  for (const int count : {10, 1000, 100000})
+    registry.add({.name = fmt::format("ray_among_{}", count),
+                  .what = fmt::format("the first of {} rectangles of 1 m in a cube of 256 m that a ray meets", count),
+                  .unit = "M rays/s",
+                  .scale = 1e6,
+                  .threads = 1,
+                  .prepare = [count](BenchContext& context) -> Result<Prepared> {
+                    TRY(const std::shared_ptr<LampField> field, LampField::make(count, context.seed()));
+                    return Prepared{.ours = {"tree",
+                                             [=] {
+                                               double sum = 0;
+                                               for (const render::TraceRay& r : field->rays)
+                                                 sum += field->tracer->intersect(r, field->crossings).t < 1e9;
+                                               keep(sum);
+                                               return double{kInputs};
+                                             }},
+                                    .rivals = {{"a loop over all", [=] {
+                                                  // Fewer rays: 10^5 of them take a millisecond each.
+                                                  const size_t rays = count > 1000 ? 8 : kInputs;
+                                                  double sum = 0;
+                                                  for (size_t i = 0; i < rays; ++i) {
+                                                    const world::GridRay& r = field->rays[i].ray;
+                                                    double nearest = 1e9;
+                                                    for (const render::SceneLuminaire& l : field->scene->luminaires()) {
+                                                      const auto hit =
+                                                          l.sampler.meet(field->rays[i].start() - l.luminaire->position,
+                                                                         Vec3f(r.direction));
+                                                      if (hit) nearest = std::min(nearest, hit->distance);
+                                                    }
+                                                    sum += nearest < 1e9;
+                                                  }
+                                                  keep(sum);
+                                                  return static_cast<double>(rays);
+                                                }}}};
+                  }});
+}
+
 // --- media --------------------------------------------------------------------------------------------------------
 
 /// 48 voxels wide, trilinear; density falls smoothly to 0.
@@ -291,6 +366,7 @@ void add_paths(Registry& registry) {
 void add_suite_shading(Registry& registry) {
   add_bsdfs(registry);
   add_luminaires(registry);
+  add_lamp_fields(registry);
   add_media(registry);
   add_paths(registry);
 }
