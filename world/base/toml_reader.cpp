@@ -116,8 +116,9 @@ struct TomlState {
       const std::optional<double> value = node.is_number() ? node.value<double>() : std::optional<double>();
       if (!value) return expected(node, key, "a number"), false;
       if (!range.contains(*value) || !std::isfinite(static_cast<T>(*value)))
-        return fail(node.source().begin, "'" + key + "' is " + number_text(*value) + ", but must be " +
-                                             (std::isinf(*value) ? "finite and " : "") + range.text()),
+        return fail(node.source().begin,
+                    "'" + key + "' is " + number_text(*value) + ", but must be " +
+                        (std::isinf(*value) && range.max == NumberRange{}.max ? "finite and " : "") + range.text()),
                false;
       out = static_cast<T>(*value);
     }
