@@ -15,15 +15,30 @@ namespace tools {
 
 namespace {
 
-// What one cubic metre costs elsewhere (chapter 14.7.2): a byte a voxel, or a triangle list of cubes.
-constexpr double kTriangleListBytesPerM3 = 432;
+// A voxel as a cube of a triangle list (chapter 14.7.2): 12 triangles of three vertices of three floats.
+constexpr double kTriangleListBytesPerVoxel = 12 * 3 * 3 * 4;
 
 struct InfoOptions {
   std::string file;
   bool effects = false, json = false;
 };
 
-nlohmann::json info_json(const world::World& world, const world::ImportReport& report, uint64_t bytes_disk) {
+nlohmann::json materials_json(const world::World& world) {
+  nlohmann::json all = nlohmann::json::object();
+  for (const auto& [id, count] : world.store.census()) {
+    const world::Block& block = (*world.palette)[id];
+    nlohmann::json& m = all[block.name];
+    m = {{"phase", world::phase_name(block.phase)}, {"bsdf", block.bsdf}, {"opaque", block.opaque}};
+    if (block.emission.r > 0 || block.emission.g > 0 || block.emission.b > 0)
+      m["emission_w"] = {block.emission.r, block.emission.g, block.emission.b};
+    if (!block.proxy.empty()) m["proxy"] = block.proxy;
+  }
+  return all;
+}
+
+/// `bytes_open`: what the world took before its regions were packed.
+nlohmann::json info_json(const world::World& world, const world::ImportReport& report, uint64_t bytes_disk,
+                         size_t bytes_open) {
   nlohmann::json j;
   j["voxels"] = world.store.voxel_count();
   j["census"] = nlohmann::json::object();
@@ -35,9 +50,17 @@ nlohmann::json info_json(const world::World& world, const world::ImportReport& r
   else
     j["bounds"] = {{"min", {box.min.x, box.min.y, box.min.z}}, {"max", {box.max.x, box.max.y, box.max.z}}};
   const size_t memory = world.store.bytes_memory();
+  const double volume = static_cast<double>(box.volume());
+  const auto per_m3 = [&](double bytes) { return box.empty() ? 0.0 : bytes / volume; };
+  j["materials"] = materials_json(world);
   j["bytes_memory"] = memory;
+  j["bytes_memory_open"] = bytes_open;
   j["bytes_disk"] = bytes_disk;
-  j["bytes_per_m3_memory"] = box.empty() ? 0.0 : static_cast<double>(memory) / static_cast<double>(box.volume());
+  j["bytes_per_m3_memory"] = per_m3(static_cast<double>(memory));
+  j["bytes_per_m3_memory_open"] = per_m3(static_cast<double>(bytes_open));
+  j["bytes_per_m3_disk"] = per_m3(static_cast<double>(bytes_disk));
+  j["bytes_if_a_byte_per_m3"] = volume;
+  j["bytes_if_triangle_list"] = kTriangleListBytesPerVoxel * static_cast<double>(world.store.voxel_count());
   j["layers"] = nlohmann::json::array();
   for (const world::LayerInfo& layer : world.store.layers())
     j["layers"].push_back({{"name", layer.name}, {"bytes", layer.bytes}, {"active_voxels", layer.active_voxels}});
@@ -59,10 +82,14 @@ void print_info(const nlohmann::json& j, bool effects) {
     std::printf("bounds        (%d, %d, %d) .. (%d, %d, %d), inclusive\n", j["bounds"]["min"][0].get<int>(),
                 j["bounds"]["min"][1].get<int>(), j["bounds"]["min"][2].get<int>(), j["bounds"]["max"][0].get<int>(),
                 j["bounds"]["max"][1].get<int>(), j["bounds"]["max"][2].get<int>());
-  std::printf("in memory     %s, %.3f byte/m3 (a byte a voxel: 1; a triangle list of cubes: %.0f)\n",
-              world::bytes_text(j["bytes_memory"].get<double>()).c_str(), j["bytes_per_m3_memory"].get<double>(),
-              kTriangleListBytesPerM3);
-  std::printf("on disk       %s\n", world::bytes_text(j["bytes_disk"].get<double>()).c_str());
+  const auto bytes = [&](const char* key) { return world::bytes_text(j[key].get<double>()); };
+  std::printf("in memory     %s, %.3f byte/m3, packed by palette; open to edits %s, %.3f byte/m3\n",
+              bytes("bytes_memory").c_str(), j["bytes_per_m3_memory"].get<double>(), bytes("bytes_memory_open").c_str(),
+              j["bytes_per_m3_memory_open"].get<double>());
+  if (j["bytes_disk"].get<uint64_t>() > 0)
+    std::printf("on disk       %s, %.3f byte/m3\n", bytes("bytes_disk").c_str(), j["bytes_per_m3_disk"].get<double>());
+  std::printf("beside it     %s at a byte/m3; %s as a triangle list of cubes, 432 bytes a voxel\n",
+              bytes("bytes_if_a_byte_per_m3").c_str(), bytes("bytes_if_triangle_list").c_str());
   std::printf("hash          %s\n", j["hash"].get<std::string>().c_str());
   for (const auto& [name, value] : j["metadata"].items())
     std::printf("%-13s %s\n", name.c_str(), value.get<std::string>().c_str());
@@ -78,8 +105,12 @@ void print_info(const nlohmann::json& j, bool effects) {
   std::vector<std::pair<uint64_t, std::string>> rows;
   for (const auto& [name, count] : j["census"].items()) rows.emplace_back(count.get<uint64_t>(), name);
   std::sort(rows.rbegin(), rows.rend());
-  for (const auto& [count, name] : rows)
-    std::printf("  %-24s %15s\n", name.c_str(), world::with_thousands(count).c_str());
+  for (const auto& [count, name] : rows) {
+    const nlohmann::json& m = j["materials"][name];
+    std::printf("  %-24s %15s   %s, %s%s%s\n", name.c_str(), world::with_thousands(count).c_str(),
+                m["phase"].get<std::string>().c_str(), m["bsdf"].get<std::string>().c_str(),
+                m["opaque"].get<bool>() ? "" : ", lets light pass", m.contains("emission_w") ? ", shines" : "");
+  }
   for (const auto& [name, count] : j["unmapped"].items())
     std::printf("  no block for %-24s %15s\n", name.c_str(), world::with_thousands(count.get<uint64_t>()).c_str());
   if (!effects) return;
@@ -105,8 +136,10 @@ uint64_t bytes_on_disk(const std::filesystem::path& path) {
 world::Result<int> run_info(const InfoOptions& options) {
   TRY(const world::Scene scene, world::load_scene(options.file));
   world::ImportReport report;
-  TRY(const world::World world, world::build_world(scene, report));
-  const nlohmann::json j = info_json(world, report, bytes_on_disk(options.file));
+  TRY(world::World world, world::build_world(scene, report));
+  const size_t bytes_open = world.store.bytes_memory();
+  world.store.pack();
+  const nlohmann::json j = info_json(world, report, bytes_on_disk(options.file), bytes_open);
   if (options.json)
     std::cout << json_text(j) << '\n';
   else

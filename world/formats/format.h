@@ -74,9 +74,4 @@ Result<World> read_world(const std::filesystem::path& path, const ImportOptions&
 /// Writes beside the target, syncs, and renames over it: no partial output is ever left.
 Status write_world(const World& world, const std::filesystem::path& path);
 
-/// Calls write(temporary path), then syncs and renames to `path`; removes the temporary file on any failure.
-Status write_file_atomically(const std::filesystem::path& path,
-                             const std::function<Status(const std::filesystem::path&)>& write);
-Status write_bytes_atomically(const std::filesystem::path& path, std::string_view bytes);
-
 }  // namespace world

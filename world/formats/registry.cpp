@@ -1,5 +1,5 @@
 // The one registry: each file world/formats/NAME.cpp is a format and exposes `const Format& NAME_format()`.
-// CMake lists the folder; this file and file.cpp are the only ones that are no format.
+// CMake lists the folder; this file is the only one that is no format.
 #include "world/formats/format.h"
 
 #include <algorithm>

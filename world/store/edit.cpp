@@ -65,8 +65,8 @@ class RegionEdit {
   void begin_region(RegionPos r) {
     census_.flush(nodes_, region_);
     region_ = r;
-    const auto found = nodes_.regions.find(r);
-    node_ = found == nodes_.regions.end() ? nullptr : found->second;
+    nodes_.before_change(r);
+    node_ = nodes_.open_region(r);
   }
 
   void begin_leaf(int leaf_index) {

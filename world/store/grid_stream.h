@@ -16,10 +16,10 @@ namespace world {
 constexpr size_t kUuidOffset = 8 + 4 + 4 + 4 + 1, kUuidBytes = 36;
 
 /// Writes the block ids of a region into a tree of 32-bit integers, air as inactive zeros.
-inline void add_region_ids(openvdb::Int32Tree& tree, const RegionNode& node) {
+inline void add_region_ids(openvdb::Int32Tree& tree, RegionPos pos, RegionLeaves leaves) {
   for (int i = 0; i < kLeavesPerRegion; ++i) {
-    const LeafBlocks leaf = leaf_of(node, i);
-    const openvdb::Coord origin = node.origin() + coord(voxel_from_leaf(leaf_offset_in_region(i)));
+    const LeafBlocks leaf = leaves(i);
+    const openvdb::Coord origin = coord(voxel_from_leaf(leaf_from_region(pos) + leaf_offset_in_region(i)));
     if (!leaf.values) {
       if (leaf.uniform != kAir) tree.addTile(1, origin, leaf.uniform, true);
       continue;
@@ -33,11 +33,13 @@ inline void add_region_ids(openvdb::Int32Tree& tree, const RegionNode& node) {
 }
 
 /// One grid as bytes, which depend on its values only. May throw what OpenVDB throws.
-inline std::string stream_bytes(const openvdb::GridBase::ConstPtr& grid) {
+inline std::string stream_bytes(const openvdb::GridBase::ConstPtr& grid, StreamCompression compression) {
   constexpr char kNoUuid[] = "00000000-0000-0000-0000-000000000000";
   std::ostringstream out(std::ios::binary);
   openvdb::io::Stream stream(out);
-  stream.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
+  uint32_t flags = openvdb::io::COMPRESS_ACTIVE_MASK;
+  if (compression == StreamCompression::blosc) flags |= openvdb::io::COMPRESS_BLOSC;
+  stream.setCompression(flags);
   openvdb::GridCPtrVec grids{grid};
   stream.write(grids);
   std::string bytes = std::move(out).str();

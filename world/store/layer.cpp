@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <new>
+
 
 #include "world/store/grid_stream.h"
 
@@ -36,10 +38,23 @@ FloatLayer::FloatLayer(FloatLayer&&) noexcept = default;
 FloatLayer& FloatLayer::operator=(FloatLayer&&) noexcept = default;
 
 float FloatLayer::get(VoxelPos v) const { return grid_->grid->tree().getValue(coord(v)); }
-void FloatLayer::set(VoxelPos v, float value) { grid_->grid->tree().setValueOn(coord(v), value); }
+void FloatLayer::set(VoxelPos v, float value) { grid().grid->tree().setValueOn(coord(v), value); }
 bool FloatLayer::active(VoxelPos v) const { return grid_->grid->tree().isValueOn(coord(v)); }
 uint64_t FloatLayer::active_voxels() const { return grid_->grid->activeVoxelCount(); }
 size_t FloatLayer::bytes() const { return grid_->grid->memUsage(); }
+
+FloatLayer::Grid& FloatLayer::grid() {
+  ++version_;
+  if (grid_->grid.use_count() > 1) grid_->grid = grid_->grid->deepCopy();
+  return *grid_;
+}
+
+FloatLayer FloatLayer::snapshot() const {
+  FloatLayer shared;
+  shared.grid_->grid = grid_->grid;
+  shared.version_ = version_;
+  return shared;
+}
 
 VoxelBox FloatLayer::bounds() const {
   const openvdb::CoordBBox box = grid_->grid->evalActiveVoxelBoundingBox();
@@ -92,7 +107,7 @@ std::vector<RegionPos> FloatLayer::regions() const {
   return all;
 }
 
-Result<std::string> FloatLayer::encode_region(RegionPos r) const {
+Result<std::string> FloatLayer::encode_region(RegionPos r, StreamCompression compression) const {
   initialize_openvdb();
   try {
     auto part = grid_->grid->deepCopy();
@@ -100,7 +115,9 @@ Result<std::string> FloatLayer::encode_region(RegionPos r) const {
     // Only the values belong to the stream, not where they came from.
     auto grid = openvdb::FloatGrid::create(part->treePtr());
     grid->setName("values");
-    return stream_bytes(grid);
+    return stream_bytes(grid, compression);
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& e) {
     return input_error(std::string("OpenVDB could not write a region: ") + e.what());
   }
@@ -116,8 +133,10 @@ Status FloatLayer::decode_region(std::span<const char> bytes, RegionPos r) {
     if (!box.empty() && !region_box(r).isInside(box)) return input_error("the layer has values outside its region");
     for (auto value = grid->cbeginValueOn(); value; ++value)
       if (!std::isfinite(*value)) return input_error("the layer holds a value that is not finite");
-    grid_->grid->tree().merge(grid->tree());
+    this->grid().grid->tree().merge(grid->tree());
     return {};
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& e) {
     return input_error(std::string("OpenVDB could not read a region: ") + e.what());
   }

@@ -19,6 +19,9 @@ enum class Layer : int {
 #undef LAYER
 };
 
+/// What OpenVDB does to the values of a stream; it keeps active values only in either case.
+enum class StreamCompression { none, blosc };
+
 struct LayerRow {
   std::string_view name, type, unit, what;
 };
@@ -48,16 +51,22 @@ class FloatLayer {
   /// Regions with any active voxel, sorted.
   std::vector<RegionPos> regions() const;
   /// One region as an OpenVDB stream of a Float grid; the same values always give the same bytes.
-  Result<std::string> encode_region(RegionPos r) const;
+  Result<std::string> encode_region(RegionPos r, StreamCompression compression) const;
   /// Adds what encode_region gave; refuses other grids, NaN and infinities.
   Status decode_region(std::span<const char> bytes, RegionPos r);
 
+  /// The values as they are now, readable on another thread: shared until the next write to this layer, which copies.
+  FloatLayer snapshot() const;
+  /// Raised by each write.
+  uint64_t version() const { return version_; }
+
   struct Grid;  // OpenVDB's side, in world/store/tree.h
-  Grid& grid() { return *grid_; }
+  Grid& grid();
   const Grid& grid() const { return *grid_; }
 
  private:
   std::unique_ptr<Grid> grid_;
+  uint64_t version_ = 0;
 };
 
 }  // namespace world

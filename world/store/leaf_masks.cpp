@@ -6,38 +6,46 @@
 
 namespace world {
 
-std::unique_ptr<MaskRegion> build_mask_region(const RegionNode& node, RegionPos pos, std::span<const uint8_t> bits,
+std::unique_ptr<MaskRegion> build_mask_region(const RegionSlot& slot, RegionPos pos, std::span<const uint8_t> bits,
                                               int kind) {
   auto region = std::make_unique<MaskRegion>();
   region->pos = pos;
-  size_t mixed = node.getChildMask().countOn();
-  region->masks.reserve(mixed);
+  region->masks.reserve(slot.node ? slot.node->getChildMask().countOn() : slot.packed->mixed_leaves());
   for (int i = 0; i < kLeavesPerRegion; ++i) {
-    const LeafBlocks leaf = leaf_of(node, i);
-    if (!leaf.values && leaf.uniform == kAir) continue;
-    const LeafMask mask = leaf_mask_of_kind(leaf, bits, kind);
+    LeafMask mask;
+    if (slot.node) {
+      const LeafBlocks leaf = leaf_of(*slot.node, i);
+      if (!leaf.values && leaf.uniform == kAir) continue;
+      mask = leaf_mask_of_kind(leaf, bits, kind);
+    } else {
+      mask = slot.packed->mask(i, bits, kind);
+    }
     if (!mask.is_none()) set_region_leaf(*region, leaf_offset_in_region(i), mask);
   }
   region->masks.shrink_to_fit();
   return region;
 }
 
-void count_region(const RegionNode& node, size_t palette_size, RegionCensus& census) {
+void count_region(const RegionSlot& slot, size_t palette_size, RegionCensus& census) {
   std::vector<int64_t> counts(palette_size, 0);
-  for (int i = 0; i < kLeavesPerRegion; ++i) {
-    const LeafBlocks leaf = leaf_of(node, i);
-    if (!leaf.values) {
-      counts[leaf.uniform] += kLeafVoxels;
-      continue;
-    }
-    // Most rows of eight hold one block: one addition for them instead of eight that wait for each other.
-    for (const BlockId* row = leaf.values; row != leaf.values + kLeafVoxels; row += kLeafSize) {
-      uint64_t half[2];
-      std::memcpy(half, row, sizeof half);
-      if (half[0] == half[1] && half[0] == row[0] * uint64_t{0x0001000100010001})
-        counts[row[0]] += kLeafSize;
-      else
-        for (int v = 0; v < kLeafSize; ++v) ++counts[row[v]];
+  if (slot.packed) {
+    slot.packed->count(counts);
+  } else {
+    for (int i = 0; i < kLeavesPerRegion; ++i) {
+      const LeafBlocks leaf = leaf_of(*slot.node, i);
+      if (!leaf.values) {
+        counts[leaf.uniform] += kLeafVoxels;
+        continue;
+      }
+      // Most rows of eight hold one block: one addition for them instead of eight that wait for each other.
+      for (const BlockId* row = leaf.values; row != leaf.values + kLeafVoxels; row += kLeafSize) {
+        uint64_t half[2];
+        std::memcpy(half, row, sizeof half);
+        if (half[0] == half[1] && half[0] == row[0] * uint64_t{0x0001000100010001})
+          counts[row[0]] += kLeafSize;
+        else
+          for (int v = 0; v < kLeafSize; ++v) ++counts[row[v]];
+      }
     }
   }
   for (size_t b = 1; b < palette_size; ++b)

@@ -27,9 +27,9 @@ inline LeafMask leaf_mask_of_kind(const LeafBlocks& leaf, std::span<const uint8_
   return leaf_mask(leaf, [&](BlockId b) { return (bits[b] >> kind & 1) != 0; });
 }
 
-std::unique_ptr<MaskRegion> build_mask_region(const RegionNode& node, RegionPos pos, std::span<const uint8_t> bits,
+std::unique_ptr<MaskRegion> build_mask_region(const RegionSlot& slot, RegionPos pos, std::span<const uint8_t> bits,
                                               int kind);
-void count_region(const RegionNode& node, size_t palette_size, RegionCensus& census);
+void count_region(const RegionSlot& slot, size_t palette_size, RegionCensus& census);
 
 std::string fmt_edit_outside(const VoxelBox& box);
 

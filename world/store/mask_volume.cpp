@@ -41,10 +41,13 @@ std::vector<const MaskRegion*> MaskVolume::regions() const {
   return all;
 }
 
+size_t bytes_of(const MaskRegion& region) {
+  return sizeof(MaskRegion) + region.masks.capacity() * sizeof(LeafMask) + region.free_slots.capacity() * 4;
+}
+
 size_t MaskVolume::bytes() const {
   size_t total = dense_.capacity() * sizeof(dense_[0]);
-  for (const auto& [pos, region] : regions_)
-    total += sizeof(MaskRegion) + region->masks.capacity() * sizeof(LeafMask) + region->free_slots.capacity() * 4;
+  for (const auto& [pos, region] : regions_) total += bytes_of(*region);
   return total;
 }
 

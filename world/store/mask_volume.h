@@ -83,6 +83,7 @@ class MaskVolume {
   uint64_t version_ = 0;
 };
 
+size_t bytes_of(const MaskRegion& region);
 /// Sets one leaf of a region, keeping its summary bits and slots.
 void set_region_leaf(MaskRegion& region, LeafPos l, const LeafMask& mask);
 

@@ -1,5 +1,7 @@
 #include "world/store/region_stream.h"
 
+#include <new>
+
 #include "world/store/grid_stream.h"
 
 namespace world {
@@ -32,21 +34,31 @@ Result<RegionBuilder> builder_from_int32(const Int32Tree& tree, RegionPos pos, s
   return builder;
 }
 
-}  // namespace
-
-Result<std::string> encode_region(const Store& store, RegionPos pos) {
+Result<std::string> encode_leaves(RegionPos pos, RegionLeaves leaves, StreamCompression compression) {
   initialize_openvdb();
-  const auto found = store.nodes().regions.find(pos);
-  if (found == store.nodes().regions.end()) return input_error("the region is empty");
   try {
     auto tree = std::make_shared<Int32Tree>(kAir);
-    add_region_ids(*tree, *found->second);
+    add_region_ids(*tree, pos, leaves);
     auto grid = openvdb::Int32Grid::create(tree);
     grid->setName("block_id");
-    return stream_bytes(grid);
+    return stream_bytes(grid, compression);
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& e) {
     return input_error(std::string("OpenVDB could not write a region: ") + e.what());
   }
+}
+
+}  // namespace
+
+Result<std::string> encode_region(const Store& store, RegionPos pos, StreamCompression compression) {
+  const auto found = store.nodes().regions.find(pos);
+  if (found == store.nodes().regions.end()) return input_error("the region is empty");
+  return encode_leaves(pos, RegionLeaves(found->second), compression);
+}
+
+Result<std::string> encode_region(const PackedRegion& region, RegionPos pos, StreamCompression compression) {
+  return encode_leaves(pos, RegionLeaves(region), compression);
 }
 
 Result<RegionBuilder> decode_region(std::span<const char> bytes, RegionPos pos, size_t palette_size) {
@@ -55,6 +67,8 @@ Result<RegionBuilder> decode_region(std::span<const char> bytes, RegionPos pos, 
     const auto grid = grid_from_bytes<openvdb::Int32Grid>(bytes);
     if (!grid) return input_error("the region's stream does not hold exactly one grid of 32-bit integers");
     return builder_from_int32(grid->constTree(), pos, palette_size);
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& e) {
     return input_error(std::string("OpenVDB could not read a region: ") + e.what());
   }

@@ -42,7 +42,13 @@ Store::Store(Store&&) noexcept = default;
 Store& Store::operator=(Store&&) noexcept = default;
 
 LeafBlocks Store::leaf(LeafPos l) const { return nodes_->leaf(l); }
-BlockId Store::get(VoxelPos v) const { return nodes_->leaf(leaf_from_voxel(v))[index_in_leaf(v)]; }
+BlockId Store::get(VoxelPos v) const {
+  const auto found = nodes_->regions.find(region_from_voxel(v));
+  if (found == nodes_->regions.end()) return kAir;
+  const int leaf = index_in_region(leaf_from_voxel(v));
+  return found->second.packed ? found->second.packed->get(leaf, index_in_leaf(v))
+                              : leaf_of(*found->second.node, leaf)[index_in_leaf(v)];
+}
 
 std::vector<RegionPos> Store::regions() const {
   std::vector<RegionPos> all;
@@ -54,8 +60,15 @@ std::vector<RegionPos> Store::regions() const {
 
 std::vector<LeafPos> Store::mixed_leaves() const {
   std::vector<LeafPos> all;
-  for (const auto& [pos, node] : nodes_->regions)
-    for (auto child = node->cbeginChildOn(); child; ++child) all.push_back(leaf_from_voxel(voxel(child->origin())));
+  for (const auto& [pos, slot] : nodes_->regions) {
+    if (slot.node) {
+      for (auto child = slot.node->cbeginChildOn(); child; ++child)
+        all.push_back(leaf_from_voxel(voxel(child->origin())));
+      continue;
+    }
+    for (int i = 0; i < kLeavesPerRegion; ++i)
+      if (slot.packed->is_mixed(i)) all.push_back(leaf_from_region(pos) + leaf_offset_in_region(i));
+  }
   std::sort(all.begin(), all.end());
   return all;
 }
@@ -86,12 +99,12 @@ VoxelBox leaf_bounds(const LeafBlocks& leaf) {
 VoxelBox Store::bounds() const {
   VoxelBox box;
   for (const RegionPos& pos : regions()) {
-    const RegionNode& node = *nodes_->regions.at(pos);
+    RegionLeaves leaves(nodes_->regions.at(pos));
     for (int i = 0; i < kLeavesPerRegion; ++i) {
       const VoxelPos corner = voxel_from_leaf(leaf_from_region(pos) + leaf_offset_in_region(i));
       // A leaf inside the bounds so far adds nothing.
       if (box.contains(corner) && box.contains(corner + VoxelPos{7, 7, 7})) continue;
-      const VoxelBox inside = leaf_bounds(leaf_of(node, i));
+      const VoxelBox inside = leaf_bounds(leaves(i));
       if (!inside.empty()) box.include(VoxelBox{corner + inside.min, corner + inside.max});
     }
   }
@@ -118,8 +131,20 @@ uint64_t Store::voxel_count() const {
   return n;
 }
 
+namespace {
+
+/// Of the tree and the packed regions.
+size_t block_bytes(const StoreNodes& nodes) {
+  size_t total = nodes.tree.memUsage();
+  for (const auto& [pos, slot] : nodes.regions)
+    if (slot.packed) total += slot.packed->bytes();
+  return total;
+}
+
+}  // namespace
+
 std::vector<LayerInfo> Store::layers() const {
-  std::vector<LayerInfo> all{{"block", static_cast<size_t>(nodes_->tree.memUsage()), voxel_count()}};
+  std::vector<LayerInfo> all{{"block", block_bytes(*nodes_), voxel_count()}};
   for (const auto& [layer, grid] : nodes_->layers)
     all.push_back({std::string(layer_rows()[static_cast<size_t>(layer)].name), grid.bytes(), grid.active_voxels()});
   const char* names[] = {"mask:occupied", "mask:opaque", "mask:solid", "mask:liquid", "mask:emitting"};
@@ -129,7 +154,7 @@ std::vector<LayerInfo> Store::layers() const {
 }
 
 size_t Store::bytes_memory() const {
-  size_t total = nodes_->tree.memUsage();
+  size_t total = block_bytes(*nodes_);
   for (const auto& masks : nodes_->masks)
     if (masks) total += masks->bytes();
   for (const auto& [layer, grid] : nodes_->layers) total += grid.bytes();
@@ -166,9 +191,9 @@ uint64_t Store::content_hash() const {
       all.size(), 1, 0,
       [&](size_t begin, size_t) {
         uint64_t sum = 0;
-        const RegionNode& node = *nodes_->regions.at(all[begin]);
+        RegionLeaves leaves(nodes_->regions.at(all[begin]));
         for (int n = 0; n < kLeavesPerRegion; ++n) {
-          const LeafBlocks leaf = leaf_of(node, n);
+          const LeafBlocks leaf = leaves(n);
           uint64_t h = 0;
           if (!leaf.values) {
             if (leaf.uniform == kAir) continue;
@@ -192,7 +217,7 @@ const MaskVolume& Store::masks(MaskKind kind) const {
   const std::vector<RegionPos> all = regions();
   std::vector<std::unique_ptr<MaskRegion>> built(all.size());
   parallel_for(all.size(), [&](size_t i) {
-    built[i] = build_mask_region(*nodes_->regions.at(all[i]), all[i], palette_->masks(), static_cast<int>(kind));
+    built[i] = build_mask_region(nodes_->regions.at(all[i]), all[i], palette_->masks(), static_cast<int>(kind));
   });
   for (size_t i = 0; i < all.size(); ++i) slot->put_region(all[i], std::move(built[i]));
   slot->finish();
@@ -202,49 +227,203 @@ const MaskVolume& Store::masks(MaskKind kind) const {
 // ---- Store: writing --------------------------------------------------------------------------------------------
 
 void Store::leaf_changed(LeafPos l) {
+  nodes_->changed(region_from_leaf(l));
   for (auto& list : nodes_->dirty)
     if (list.empty() || list.back() != l) list.push_back(l);
   for (int k = 0; k < kMaskKinds; ++k)
     if (nodes_->masks[k]) nodes_->masks[k]->set_leaf(l, leaf_mask_of_kind(nodes_->leaf(l), palette_->masks(), k));
 }
 
+namespace {
+
+bool not_air(const RegionSlot& slot, int leaf_index) {
+  if (slot.packed) return slot.packed->is_mixed(leaf_index) || slot.packed->uniform_block(leaf_index) != kAir;
+  const LeafBlocks leaf = leaf_of(*slot.node, leaf_index);
+  return leaf.values || leaf.uniform != kAir;
+}
+
+/// Tells those who follow of every leaf that was or is not air.
+void note_replaced(StoreNodes& nodes, RegionPos pos, const RegionSlot* before, const RegionSlot* after) {
+  if (nodes.dirty.empty()) return;
+  std::vector<LeafPos> changed;
+  for (int i = 0; i < kLeavesPerRegion; ++i)
+    if ((before && not_air(*before, i)) || (after && not_air(*after, i)))
+      changed.push_back(leaf_from_region(pos) + leaf_offset_in_region(i));
+  for (auto& list : nodes.dirty) list.insert(list.end(), changed.begin(), changed.end());
+}
+
+const RegionSlot* slot_at(const StoreNodes& nodes, RegionPos r) {
+  const auto found = nodes.regions.find(r);
+  return found == nodes.regions.end() ? nullptr : &found->second;
+}
+
+}  // namespace
+
 void Store::adopt(RegionBuilder&& region) {
   CHECK_EQ(nodes_->views.load(), 0);
   const RegionPos pos = region.pos();
-  RegionNode* node = region.impl_->node.release();
-  const auto old = nodes_->regions.find(pos);
-  const bool replaces = old != nodes_->regions.end();
-  // Every leaf that was or is not air has changed for those who follow.
-  std::vector<LeafPos> changed;
-  for (int i = 0; i < kLeavesPerRegion && !nodes_->dirty.empty(); ++i) {
-    const auto not_air = [&](const RegionNode& n) {
-      const LeafBlocks leaf = leaf_of(n, i);
-      return leaf.values || leaf.uniform != kAir;
-    };
-    if (not_air(*node) || (replaces && not_air(*old->second)))
-      changed.push_back(leaf_from_region(pos) + leaf_offset_in_region(i));
-  }
+  const RegionSlot built{.node = region.impl_->node.get(), .packed = nullptr};
+  note_replaced(*nodes_, pos, slot_at(*nodes_, pos), &built);
   RegionCensus census;
-  count_region(*node, palette_->size(), census);
-  nodes_->put_region(pos, node);
+  count_region(built, palette_->size(), census);
+  nodes_->put_region(pos, region.impl_->node.release());
   nodes_->census[pos] = std::move(census);
-  for (auto& list : nodes_->dirty) list.insert(list.end(), changed.begin(), changed.end());
+  nodes_->changed(pos);
   for (int k = 0; k < kMaskKinds; ++k)
     if (nodes_->masks[k]) {
-      nodes_->masks[k]->put_region(pos, build_mask_region(*node, pos, palette_->masks(), k));
+      nodes_->masks[k]->put_region(pos, build_mask_region(built, pos, palette_->masks(), k));
       nodes_->masks[k]->finish();
     }
 }
 
 void Store::prune() {
   CHECK_EQ(nodes_->views.load(), 0);
-  for (auto& [pos, node] : nodes_->regions)
+  for (auto& [pos, slot] : nodes_->regions) {
+    if (!slot.node) continue;
+    nodes_->before_change(pos);
     for (int i = 0; i < kLeavesPerRegion; ++i) {
-      const LeafBlocks leaf = leaf_of(*node, i);
+      const LeafBlocks leaf = leaf_of(*slot.node, i);
       if (leaf.values && all_equal(leaf.values))
-        node->addTile(1, coord(voxel_from_leaf(leaf_from_region(pos) + leaf_offset_in_region(i))), leaf.values[0],
-                      leaf.values[0] != kAir);
+        slot.node->addTile(1, coord(voxel_from_leaf(leaf_from_region(pos) + leaf_offset_in_region(i))), leaf.values[0],
+                           leaf.values[0] != kAir);
     }
+  }
+}
+
+// ---- what a save lacks -----------------------------------------------------------------------------------------
+
+std::vector<RegionPos> Store::unsaved() const {
+  std::vector<RegionPos> all(nodes_->unsaved.begin(), nodes_->unsaved.end());
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+size_t Store::unsaved_count() const { return nodes_->unsaved.size(); }
+bool Store::is_unsaved(RegionPos r) const { return nodes_->unsaved.contains(r); }
+
+void Store::mark_saved() {
+  nodes_->unsaved.clear();
+  nodes_->last_unsaved.reset();
+}
+
+void Store::mark_unsaved(std::span<const RegionPos> regions) { nodes_->unsaved.insert(regions.begin(), regions.end()); }
+
+StoreSnapshot Store::snapshot(std::span<const RegionPos> regions) const {
+  std::erase_if(nodes_->in_snapshot, [](const auto& entry) { return entry.second.expired(); });
+  StoreSnapshot snapshot;
+  snapshot.regions_.reserve(regions.size());
+  for (const RegionPos& r : regions) {
+    auto region = std::make_shared<StoreSnapshot::Region>();
+    region->pos = r;
+    region->census = region_census(r);
+    if (const RegionSlot* slot = slot_at(*nodes_, r)) {
+      region->packed = slot->packed;
+      region->node = slot->node;
+      if (slot->node) {
+        nodes_->copy_for_snapshot(r);  // an older snapshot keeps its own
+        nodes_->in_snapshot[r] = region;
+      }
+    }
+    snapshot.regions_.push_back(std::move(region));
+  }
+  return snapshot;
+}
+
+// ---- what is in memory -----------------------------------------------------------------------------------------
+
+void Store::install(PreparedRegion&& region) {
+  CHECK_EQ(nodes_->views.load(), 0);
+  const RegionPos pos = region.pos();
+  CHECK(!is_unsaved(pos));
+  if (region.packed_->is_air()) return evict(pos);
+  const RegionSlot built{.node = nullptr, .packed = region.packed_};
+  note_replaced(*nodes_, pos, slot_at(*nodes_, pos), &built);
+  nodes_->put_packed(pos, std::move(region.packed_));
+  nodes_->census[pos].counts = std::move(region.counts_);
+  for (int k = 0; k < kMaskKinds; ++k) {
+    if (!nodes_->masks[k]) continue;
+    const bool prepared = region.mask_kinds_ >> k & 1;
+    nodes_->masks[k]->put_region(
+        pos, prepared ? std::move(region.masks_[k]) : build_mask_region(built, pos, palette_->masks(), k));
+    nodes_->masks[k]->finish();
+  }
+}
+
+void Store::evict(RegionPos r) {
+  CHECK_EQ(nodes_->views.load(), 0);
+  const RegionSlot* slot = slot_at(*nodes_, r);
+  if (!slot) return;
+  note_replaced(*nodes_, r, slot, nullptr);
+  nodes_->remove_region(r);
+  nodes_->census.erase(r);
+  nodes_->unsaved.erase(r);
+  if (nodes_->last_unsaved == r) nodes_->last_unsaved.reset();
+  for (auto& masks : nodes_->masks)
+    if (masks) {
+      masks->put_region(r, nullptr);
+      masks->finish();
+    }
+}
+
+void Store::pack(RegionPos r) {
+  CHECK_EQ(nodes_->views.load(), 0);
+  const RegionSlot* slot = slot_at(*nodes_, r);
+  if (!slot || slot->packed) return;
+  RegionLeaves leaves(*slot);
+  auto packed = std::make_shared<const PackedRegion>([&](int i) { return leaves(i); });
+  if (packed->is_air())
+    nodes_->remove_region(r);
+  else
+    nodes_->put_packed(r, std::move(packed));
+}
+
+void Store::pack() {
+  CHECK_EQ(nodes_->views.load(), 0);
+  std::vector<RegionPos> open;
+  for (const auto& [pos, slot] : nodes_->regions)
+    if (slot.node) open.push_back(pos);
+  std::sort(open.begin(), open.end());
+  std::vector<std::shared_ptr<const PackedRegion>> packed(open.size());
+  parallel_for(open.size(), [&](size_t i) {
+    RegionLeaves leaves(nodes_->regions.at(open[i]));
+    packed[i] = std::make_shared<const PackedRegion>([&](int leaf) { return leaves(leaf); });
+  });
+  for (size_t i = 0; i < open.size(); ++i) {
+    if (packed[i]->is_air())
+      nodes_->remove_region(open[i]);
+    else
+      nodes_->put_packed(open[i], std::move(packed[i]));
+  }
+  // Nodes of 4096^3 without an open region cost 264 KiB each.
+  if (!open.empty()) nodes_->tree.clear();
+}
+
+bool Store::is_packed(RegionPos r) const {
+  const RegionSlot* slot = slot_at(*nodes_, r);
+  return slot && slot->packed;
+}
+
+void Store::refreeze(RegionPos r) {
+  CHECK_EQ(nodes_->views.load(), 0);
+  if (const RegionSlot* slot = slot_at(*nodes_, r); slot && slot->packed) slot->packed->refreeze();
+}
+
+size_t Store::region_bytes(RegionPos r) const {
+  size_t total = 0;
+  if (const RegionSlot* slot = slot_at(*nodes_, r))
+    total += slot->packed ? slot->packed->bytes()
+                          : sizeof(RegionNode) + slot->node->getChildMask().countOn() *
+                                                     (sizeof(BlockLeaf) + kLeafVoxels * sizeof(BlockId));
+  for (const auto& masks : nodes_->masks)
+    if (masks)
+      if (const MaskRegion* region = masks->region(r)) total += bytes_of(*region);
+  return total;
+}
+
+unsigned Store::mask_kinds() const {
+  unsigned kinds = 0;
+  for (int k = 0; k < kMaskKinds; ++k) kinds |= nodes_->masks[k] ? 1u << k : 0u;
+  return kinds;
 }
 
 // ---- what changed ----------------------------------------------------------------------------------------------
@@ -275,19 +454,21 @@ struct StoreReader::Impl {
   struct Entry {
     RegionPos pos{INT32_MAX, 0, 0};
     const RegionNode* node = nullptr;
+    const PackedRegion* packed = nullptr;
   };
   const StoreNodes* nodes;
   LeafPos last_pos{INT32_MAX, 0, 0};  // of get()
   LeafBlocks last;
+  const PackedRegion* last_packed = nullptr;  // where the leaf is packed and mixed
   Entry entries[512];
 
-  const RegionNode* region(RegionPos r) {
+  const Entry& region(RegionPos r) {
     Entry& entry = entries[(r.x & 7) << 6 | (r.y & 7) << 3 | (r.z & 7)];
     if (entry.pos != r) {
       const auto found = nodes->regions.find(r);
-      entry = {r, found == nodes->regions.end() ? nullptr : found->second};
+      entry = found == nodes->regions.end() ? Entry{r} : Entry{r, found->second.node, found->second.packed.get()};
     }
-    return entry.node;
+    return entry;
   }
 };
 
@@ -295,12 +476,25 @@ StoreReader::StoreReader(const Store& store) : impl_(std::make_unique<Impl>()) {
 StoreReader::~StoreReader() = default;
 
 LeafBlocks StoreReader::leaf(LeafPos l) {
-  const RegionNode* node = impl_->region(region_from_leaf(l));
-  return node ? leaf_of(*node, index_in_region(l)) : LeafBlocks{};
+  const Impl::Entry& region = impl_->region(region_from_leaf(l));
+  if (region.node) return leaf_of(*region.node, index_in_region(l));
+  return region.packed ? region.packed->leaf(index_in_region(l)) : LeafBlocks{};
 }
 
 BlockId StoreReader::get(VoxelPos v) {
-  if (const LeafPos l = leaf_from_voxel(v); l != impl_->last_pos) impl_->last = leaf(l), impl_->last_pos = l;
+  if (const LeafPos l = leaf_from_voxel(v); l != impl_->last_pos) {
+    const Impl::Entry& region = impl_->region(region_from_leaf(l));
+    const int index = index_in_region(l);
+    const bool packed = region.packed && region.packed->is_mixed(index);
+    impl_->last_packed = packed ? region.packed : nullptr;
+    if (!packed)
+      impl_->last = region.node     ? leaf_of(*region.node, index)
+                    : region.packed ? LeafBlocks{nullptr, region.packed->uniform_block(index)}
+                                    : LeafBlocks{};
+    impl_->last_pos = l;
+  }
+  // Single voxels are read from the planes; only bulk reads, by leaf, unpack.
+  if (impl_->last_packed) return impl_->last_packed->get(index_in_region(impl_->last_pos), index_in_leaf(v));
   return impl_->last[index_in_leaf(v)];
 }
 

@@ -1,6 +1,7 @@
 /// The store: one sparse OpenVDB tree a layer, behind a header that knows no OpenVDB.
 ///
 ///   root table -> 4096^3 nodes -> regions (128^3) -> leaves (8^3, 512 block ids, 1 KiB) or tiles (one id, no bytes)
+///   beside the tree: regions at rest, packed by palette (world/store/packed_region.h); the first edit opens them
 ///
 /// Reading is free for any number of threads while nobody edits; editing needs exclusive access, and a CHECK stops an
 /// edit while a WorldView lives. Every edit goes through apply() or adopt(), which keep the census (how many voxels of
@@ -32,7 +33,9 @@ struct LeafBlocks {
   BlockId operator[](int index) const { return values ? values[index] : uniform; }
 };
 
-struct StoreNodes;  // OpenVDB's side, in world/store/tree.h
+struct StoreNodes;     // OpenVDB's side, in world/store/tree.h
+class PreparedRegion;  // world/store/snapshot.h
+class StoreSnapshot;
 
 /// Builds one region apart from the store, on any thread. Each leaf starts as air.
 class RegionBuilder {
@@ -105,6 +108,30 @@ class Store {
   int subscribe() const;
   /// Leaves changed since the last call for this consumer, sorted, each once.
   std::vector<LeafPos> take_dirty(int subscriber) const;
+
+  // ---- what a save lacks; of one saver ----
+  /// Regions that edits, adopt() or undo changed since they were last saved or installed, sorted.
+  std::vector<RegionPos> unsaved() const;
+  size_t unsaved_count() const;
+  bool is_unsaved(RegionPos r) const;
+  void mark_saved();
+  void mark_unsaved(std::span<const RegionPos> regions);
+  /// The regions as they are now, to be read on another thread while editing goes on.
+  StoreSnapshot snapshot(std::span<const RegionPos> regions) const;
+
+  // ---- what is in memory ----
+  /// Puts a region in place that a save or a generator holds already: not a change to be saved.
+  void install(PreparedRegion&& region);
+  /// Forgets a region, as if it were air, without calling that a change to be saved.
+  void evict(RegionPos r);
+  /// Packs regions by palette until they are edited again; blocks read the same.
+  void pack(RegionPos r);
+  void pack();
+  bool is_packed(RegionPos r) const;
+  /// Gives back what bulk reads of a packed region unpacked; ends the life of its LeafBlocks.
+  void refreeze(RegionPos r);
+  size_t region_bytes(RegionPos r) const;  // of its blocks and masks
+  unsigned mask_kinds() const;             // bit k: masks of kind k have been asked for
 
   // ---- further layers: they exist only once something makes them ----
   /// The layer, or null where nothing has made it.

@@ -15,7 +15,7 @@ namespace {
 
 openvdb::Int32Tree::Ptr int32_from_store(const Store& store) {
   auto tree = std::make_shared<openvdb::Int32Tree>(kAir);
-  for (const RegionPos r : store.regions()) add_region_ids(*tree, *store.nodes().regions.at(r));
+  for (const RegionPos r : store.regions()) add_region_ids(*tree, r, RegionLeaves(store.nodes().regions.at(r)));
   tree->prune();
   return tree;
 }

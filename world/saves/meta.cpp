@@ -1,0 +1,63 @@
+// A world's surroundings and metadata as the rows of the table `meta`, and back.
+#include "world/saves/meta.h"
+
+#include <charconv>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace world {
+
+namespace {
+
+bool parse_three(const std::string& text, double (&out)[3]) {
+  const char *at = text.data(), *end = at + text.size();
+  for (double& value : out) {
+    while (at != end && *at == ' ') ++at;
+    const auto parsed = std::from_chars(at, end, value);
+    if (parsed.ec != std::errc() || !std::isfinite(value)) return false;
+    at = parsed.ptr;
+  }
+  return at == end;
+}
+
+}  // namespace
+
+std::map<std::string, std::string> meta_of(const World& world) {
+  const auto three = [](auto a, auto b, auto c) { return fmt::format("{} {} {}", a, b, c); };
+  const Environment& e = world.environment;
+  std::map<std::string, std::string> rows{
+      {"environment.sun_direction", three(e.sun_direction.x, e.sun_direction.y, e.sun_direction.z)},
+      {"environment.sun_irradiance", three(e.sun_irradiance.r, e.sun_irradiance.g, e.sun_irradiance.b)},
+      {"environment.sky_zenith", three(e.sky_zenith.r, e.sky_zenith.g, e.sky_zenith.b)},
+      {"environment.sky_horizon", three(e.sky_horizon.r, e.sky_horizon.g, e.sky_horizon.b)},
+      {"environment.sky_ground", three(e.sky_ground.r, e.sky_ground.g, e.sky_ground.b)}};
+  for (const auto& [key, value] : world.metadata) rows["metadata." + key] = value;
+  return rows;
+}
+
+bool read_meta_row(World& world, const std::string& key, const std::string& text) {
+  if (key.starts_with("metadata.")) {
+    world.metadata[key.substr(9)] = text;
+    return true;
+  }
+  if (key.starts_with("save.")) return true;
+  Environment& e = world.environment;
+  double v[3];
+  if (!parse_three(text, v)) return false;
+  const auto bands = [&](auto& field) {
+    field = {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+    return v[0] >= 0 && v[1] >= 0 && v[2] >= 0;
+  };
+  if (key == "environment.sun_direction") {
+    e.sun_direction = {v[0], v[1], v[2]};
+    return std::abs(glm::length(e.sun_direction) - 1) < 1e-6;
+  }
+  if (key == "environment.sun_irradiance") return bands(e.sun_irradiance);
+  if (key == "environment.sky_zenith") return bands(e.sky_zenith);
+  if (key == "environment.sky_horizon") return bands(e.sky_horizon);
+  if (key == "environment.sky_ground") return bands(e.sky_ground);
+  return false;
+}
+
+}  // namespace world
