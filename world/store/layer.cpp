@@ -5,7 +5,6 @@
 #include <limits>
 #include <new>
 
-
 #include "world/store/grid_stream.h"
 
 namespace world {

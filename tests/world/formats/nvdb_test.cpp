@@ -69,7 +69,8 @@ TEST(Nvdb, TheSameVolumeAsTheVdbFile) {
     const FloatLayer *x = a.store.find_layer(Layer::density), *y = b.store.find_layer(Layer::density);
     ASSERT_TRUE(x && y);
     ASSERT_EQ(x->regions(), y->regions());
-    for (const RegionPos r : x->regions()) EXPECT_EQ(*x->encode_region(r, StreamCompression::none), *y->encode_region(r, StreamCompression::none));
+    for (const RegionPos r : x->regions())
+      EXPECT_EQ(*x->encode_region(r, StreamCompression::none), *y->encode_region(r, StreamCompression::none));
   }
 }
 
@@ -111,7 +112,8 @@ TEST(Nvdb, AWorldWithItsLayersComesBack) {
       const FloatLayer *x = world.store.find_layer(layer), *y = back.store.find_layer(layer);
       ASSERT_TRUE(x && y);
       ASSERT_EQ(x->regions(), y->regions());
-      for (const RegionPos r : x->regions()) EXPECT_EQ(*x->encode_region(r, StreamCompression::none), *y->encode_region(r, StreamCompression::none));
+      for (const RegionPos r : x->regions())
+        EXPECT_EQ(*x->encode_region(r, StreamCompression::none), *y->encode_region(r, StreamCompression::none));
     }
     // The same world gives the same bytes.
     ASSERT_TRUE(write_world(back, folder / (std::string("b") + file)));
