@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -44,5 +45,12 @@ world::Status write_surface(const world::World& world, const SurfaceFormat& form
 
 /// The block's colour as displays want it: sRGB, 0..255. What emits without an albedo has the colour of its light.
 std::array<uint8_t, 3> display_colour(const world::Block& block);
+
+/// Appends the value's bytes, little-endian, as binary formats want them.
+template <class T>
+void put(std::string& out, T value) {
+  static_assert(std::endian::native == std::endian::little);
+  out.append(reinterpret_cast<const char*>(&value), sizeof(T));
+}
 
 }  // namespace render

@@ -5,9 +5,7 @@
 //   indices
 //
 // source Khronos Group. glTF 2.0 Specification. 2021
-#include <bit>
 #include <cmath>
-#include <cstring>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -20,14 +18,6 @@ namespace {
 using nlohmann::json;
 
 constexpr int kFloat = 5126, kUnsignedInt = 5125, kVertices = 34962, kIndices = 34963;
-
-template <class T>
-void put(std::string& out, T value) {
-  static_assert(std::endian::native == std::endian::little);
-  char bytes[sizeof(T)];
-  std::memcpy(bytes, &value, sizeof(T));
-  out.append(bytes, sizeof(T));
-}
 
 json material_of(const world::Block& block) {
   const float alpha = block.opaque ? 1.0f : 0.4f;

@@ -1,24 +1,10 @@
 // Stanford .ply, binary: vertices with colours, quads.
-#include <bit>
-#include <cstring>
 
 #include <fmt/format.h>
 
 #include "render/export/export.h"
 
 namespace render {
-namespace {
-
-template <class T>
-void put(std::string& out, T value) {
-  static_assert(std::endian::native == std::endian::little);
-  char bytes[sizeof(T)];
-  std::memcpy(bytes, &value, sizeof(T));
-  out.append(bytes, sizeof(T));
-}
-
-}  // namespace
-
 SurfaceFormat ply_surface_format() {
   return {
       .name = "ply",

@@ -26,6 +26,13 @@ struct LaneOrders {
   }
 };
 inline constexpr LaneOrders kOrders;
+
+/// Asks for the bytes of `count` records, which may lie beyond what there is.
+template <class Record>
+inline void prefetch_records(const Record* begin, size_t count) {
+  const char* bytes = reinterpret_cast<const char*>(begin);
+  for (size_t at = 0; at < count * sizeof(Record); at += 64) __builtin_prefetch(bytes + at);
+}
 }  // namespace world
 #endif
 
@@ -61,13 +68,6 @@ HWY_INLINE I gather(const int32_t* from, const int32_t* at) {
 #else
   return hn::GatherIndex(di, from, hn::Load(di, at));
 #endif
-}
-
-/// Asks for the bytes of `count` records, which may lie beyond what there is.
-template <class Record>
-HWY_INLINE void prefetch_records(const Record* begin, size_t count) {
-  const char* bytes = reinterpret_cast<const char*>(begin);
-  for (size_t at = 0; at < count * sizeof(Record); at += 64) __builtin_prefetch(bytes + at);
 }
 
 /// Of a leaf's code and the word within it; of an empty leaf the first word of all, which is not to be looked at.

@@ -592,9 +592,7 @@ void RayStream::walk_packets(std::span<const Ray> rays, std::span<GridHit> hits,
   for (size_t begin = 0; begin < rays.size(); begin += kPacket) {
     const size_t count = std::min(kPacket, rays.size() - begin);
     // The next packet's rays come into the cache while this one walks.
-    const char* next = reinterpret_cast<const char*>(rays.data() + begin + count);
-    const size_t next_bytes = std::min(kPacket, rays.size() - begin - count) * sizeof(Ray);
-    for (size_t at = 0; at < next_bytes; at += 64) __builtin_prefetch(next + at);
+    prefetch_records(rays.data() + begin + count, std::min(kPacket, rays.size() - begin - count));
     if (const uint64_t left =
             first_set_packet(packet, cache, rays.subspan(begin, count), hits.subspan(begin, count), done)) {
       if (rest.count + kPacket > RestOfRays::kSize) walk_rest(rest, rays, hits, done);

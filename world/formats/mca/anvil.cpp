@@ -377,15 +377,20 @@ Result<std::span<const uint8_t>> ChunkReader::inflate(const PackedChunk& chunk) 
   return impl_->inflater.inflate(chunk.bytes, kChunkLimit + kChunkRatio * chunk.bytes.size());
 }
 
-ChunkInfo ChunkReader::read(const PackedChunk& packed, const std::string& file, std::vector<Cube>& cubes) {
+bool ChunkReader::open(const PackedChunk& packed, const std::string& file) {
   impl_->begin(packed);
-  ChunkInfo& info = impl_->chunk.info;
   const auto tree = inflate(packed);
   if (!tree) {
-    info.problem = tree.error().message;
-    return info;
+    impl_->chunk.info.problem = tree.error().message;
+    return false;
   }
   impl_->parse(*tree, file);
+  return true;
+}
+
+ChunkInfo ChunkReader::read(const PackedChunk& packed, const std::string& file, std::vector<Cube>& cubes) {
+  ChunkInfo& info = impl_->chunk.info;
+  if (!open(packed, file)) return info;
   info.sections = static_cast<int>(impl_->chunk.sections.size());
   for (const Section& section : impl_->chunk.sections) {
     if (&section == impl_->chunk.sections.data()) info.min_section_y = info.max_section_y = section.y;
@@ -403,14 +408,8 @@ ChunkInfo ChunkReader::read(const PackedChunk& packed, const std::string& file, 
 
 ChunkInfo ChunkReader::read_light(const PackedChunk& packed, const std::string& file,
                                   FunctionRef<void(const SectionLight&)> visit) {
-  impl_->begin(packed);
   ChunkInfo& info = impl_->chunk.info;
-  const auto tree = inflate(packed);
-  if (!tree) {
-    info.problem = tree.error().message;
-    return info;
-  }
-  impl_->parse(*tree, file);
+  if (!open(packed, file)) return info;
   for (const Section& section : impl_->chunk.sections) {
     const auto whole = [](std::span<const uint8_t> light) {
       return light.size() == kCubeVoxels / 2 ? light : std::span<const uint8_t>();

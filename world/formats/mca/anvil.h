@@ -77,6 +77,9 @@ class ChunkReader {
   Result<std::span<const uint8_t>> inflate(const PackedChunk& chunk);
 
  private:
+  /// Parses the chunk; false where it can't be inflated, which its info says.
+  bool open(const PackedChunk& chunk, const std::string& file);
+
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
