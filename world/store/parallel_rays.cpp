@@ -306,8 +306,8 @@ size_t test_slabs(const ParallelRays::Frame& frame, const ParallelBricks& bricks
     const F y_u = hn::Sub(f_u, half), y_v = hn::Sub(f_v, half);
     const F u_in = hn::MulAdd(k_in, slope_u, y_u), u_out = hn::MulAdd(k_out, slope_u, y_u);
     const F v_in = hn::MulAdd(k_in, slope_v, y_v), v_out = hn::MulAdd(k_out, slope_v, y_v);
-    I iu = hn::NearestInt(u_in), iv = hn::NearestInt(v_in);
-    const I ju = hn::NearestInt(u_out), jv = hn::NearestInt(v_out);
+    I iu = nearest_within(u_in), iv = nearest_within(v_in);
+    const I ju = nearest_within(u_out), jv = nearest_within(v_out);
     // A ray in the slab it starts in is in its own voxel, not where its line enters the slab.
     const auto starting_f = hn::RebindMask(df, starting);
     F off = hn::IfThenZeroElse(starting_f, hn::Max(hn::Abs(hn::Sub(u_in, hn::ConvertTo(df, iu))),

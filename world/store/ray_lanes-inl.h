@@ -27,6 +27,17 @@ struct LaneOrders {
 };
 inline constexpr LaneOrders kOrders;
 
+/// For each set of 8 lanes, a byte a lane: how many lanes before it are in the set; 0 for lanes outside.
+struct LaneRanks {
+  uint64_t of[256] = {};
+  constexpr LaneRanks() {
+    for (int set = 0; set < 256; ++set)
+      for (int lane = 0, rank = 0; lane < 8; ++lane)
+        if (set >> lane & 1) of[set] |= static_cast<uint64_t>(rank++) << (8 * lane);
+  }
+};
+inline constexpr LaneRanks kRanks;
+
 /// Asks for the bytes of `count` records, which may lie beyond what there is.
 template <class Record>
 inline void prefetch_records(const Record* begin, size_t count) {
@@ -55,6 +66,23 @@ HWY_INLINE uint32_t bits_of(Ints d, hn::Mask<Ints> mask) {
   uint8_t bytes[8] = {};
   hn::StoreMaskBits(d, mask, bytes);
   return static_cast<uint32_t>(bytes[0]) | static_cast<uint32_t>(bytes[1]) << 8;
+}
+
+/// The lanes of which the bits are set.
+HWY_INLINE hn::Mask<Ints> mask_of(uint32_t bits) {
+  const Ints di;
+  return hn::TestBit(hn::Set(di, static_cast<int32_t>(bits)), hn::Load(di, kLaneBits));
+}
+
+/// The nearest whole numbers of what lies within +-2^30, without the care that others need.
+HWY_INLINE I nearest_within(F value) {
+#if HWY_TARGET == HWY_AVX2
+  return I{_mm256_cvtps_epi32(value.raw)};
+#elif HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
+  return I{_mm512_cvtps_epi32(value.raw)};
+#else
+  return hn::NearestInt(value);
+#endif
 }
 
 /// from[at[lane]] for each lane. `at` lies in memory, aligned.
@@ -115,8 +143,8 @@ class Compressor {
  public:
 #if HWY_TARGET == HWY_AVX2
   // Highway 1.0 copies its table of orders to the stack at each call.
-  explicit Compressor(hn::Mask<Ints> mask) {
-    const uint32_t bits = bits_of(Ints(), mask);
+  explicit Compressor(hn::Mask<Ints> mask) : Compressor(bits_of(Ints(), mask)) {}
+  explicit Compressor(uint32_t bits) {
     order_ = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<int64_t>(kOrders.of[bits])));
     count_ = hwy::PopCount(bits);
   }
@@ -131,6 +159,7 @@ class Compressor {
   size_t count_;
 #else
   explicit Compressor(hn::Mask<Ints> mask) : mask_(mask) {}
+  explicit Compressor(uint32_t bits) : mask_(mask_of(bits)) {}
   size_t count() const { return hn::CountTrue(Ints(), mask_); }
   void store(I values, int32_t* to) const { hn::CompressStore(values, mask_, Ints(), to); }
   void store(F values, float* to) const { hn::CompressStore(values, hn::RebindMask(Floats(), mask_), Floats(), to); }
@@ -138,6 +167,32 @@ class Compressor {
  private:
   hn::Mask<Ints> mask_;
 #endif
+};
+
+/// The inverse: the lanes of a mask take values that lie side by side, in order.
+class Expander {
+ public:
+  explicit Expander(uint32_t bits) : mask_(mask_of(bits)), count_(hwy::PopCount(bits)), indices_(indices(bits)) {}
+  size_t count() const { return count_; }
+  hn::Mask<Ints> mask() const { return mask_; }
+  /// Up to a whole vector is read. Other lanes keep what they have.
+  I load(const int32_t* from, I others) const {
+    const Ints di;
+    return hn::IfThenElse(mask_, hn::TableLookupLanes(hn::LoadU(di, from), indices_), others);
+  }
+
+ private:
+  using Indices = decltype(hn::IndicesFromVec(Ints(), I()));
+  static Indices indices(uint32_t bits) {
+    const Ints di;
+    const hn::Rebind<uint8_t, Ints> d8;
+    alignas(16) uint64_t ranks[2] = {kRanks.of[bits & 0xff], 0};
+    if (hn::Lanes(di) > 8) ranks[1] = kRanks.of[bits >> 8 & 0xff] + hwy::PopCount(bits & 0xff) * 0x0101010101010101ull;
+    return hn::IndicesFromVec(di, hn::PromoteTo(di, hn::Load(d8, reinterpret_cast<const uint8_t*>(ranks))));
+  }
+  hn::Mask<Ints> mask_;
+  size_t count_;
+  Indices indices_;
 };
 
 }  // namespace HWY_NAMESPACE

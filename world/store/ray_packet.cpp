@@ -29,6 +29,20 @@
 namespace world {
 
 constexpr size_t kPacket = 64;
+constexpr size_t kGroup = 8;  // packets that pass what is empty for all of them together
+
+/// Bounds of a packet: u(k) - 1/2 lies in [low_y + k low_slope, high_y + k high_slope] for k >= 0.
+struct PacketBounds {
+  static constexpr float kFar = std::numeric_limits<float>::max();
+  float low_y[2] = {kFar, kFar}, high_y[2] = {-kFar, -kFar}, low_slope[2] = {kFar, kFar},
+        high_slope[2] = {-kFar, -kFar};
+  void include(const PacketBounds& o) {
+    for (int i = 0; i < 2; ++i) {
+      low_y[i] = std::min(low_y[i], o.low_y[i]), high_y[i] = std::max(high_y[i], o.high_y[i]);
+      low_slope[i] = std::min(low_slope[i], o.low_slope[i]), high_slope[i] = std::max(high_slope[i], o.high_slope[i]);
+    }
+  }
+};
 
 /// One packet. Cells are relative to `corner`; k counts along the main axis in the direction of the rays (mirrored
 /// where they go down), u and v along the others as they are.
@@ -49,7 +63,10 @@ struct alignas(64) Packet {
   int main, u, v;
   int32_t flip;       // of the main axis: -1 where the rays go down
   int32_t corner[3];  // main (mirrored), u, v, from the corner of the bounds
-  int32_t k[4];       // of each 16 rays: all before this plane is walked
+  PacketBounds bounds;
+  static constexpr int32_t kOutside = -1;
+  int32_t begin_k;  // they meet nothing before this plane; kOutside: they start beyond the volume's bounds
+  int32_t k[4];     // of each 16 rays: all before this plane is walked
 };
 
 /// Slices of leaves that were cut lately: neighbouring packets need the same ones.
@@ -65,11 +82,6 @@ struct SliceCache {
 struct Slice {
   uint64_t word[4];  // (rows 0..7, columns 0..7), (rows 8..15, columns 0..7), (0..7, 8..15), (8..15, 8..15)
   int32_t row, column, k;
-};
-
-/// Bounds of a packet: u(k) - 1/2 lies in [low_y + k low_slope, high_y + k high_slope] for k >= 0.
-struct PacketBounds {
-  float low_y[2], high_y[2], low_slope[2], high_slope[2];
 };
 
 }  // namespace world
@@ -145,8 +157,8 @@ HWY_INLINE void walk_slice(Packet& p, const Slice& slice, size_t begin, size_t e
     const F y_u = hn::Load(df, p.y_u + at), y_v = hn::Load(df, p.y_v + at);
     const F u_in = hn::MulAdd(k_in, slope_u, y_u), u_out = hn::MulAdd(k_out, slope_u, y_u);
     const F v_in = hn::MulAdd(k_in, slope_v, y_v), v_out = hn::MulAdd(k_out, slope_v, y_v);
-    I iu = hn::NearestInt(u_in), iv = hn::NearestInt(v_in);
-    const I ju = hn::NearestInt(u_out), jv = hn::NearestInt(v_out);
+    I iu = nearest_within(u_in), iv = nearest_within(v_in);
+    const I ju = nearest_within(u_out), jv = nearest_within(v_out);
     const F fu_in = hn::ConvertTo(df, iu), fv_in = hn::ConvertTo(df, iv);
     const F fu_out = hn::ConvertTo(df, ju), fv_out = hn::ConvertTo(df, jv);
     const I start_k = hn::Load(di, p.start_k + at);
@@ -328,98 +340,157 @@ HWY_INLINE void prepare_packet(Packet& p, size_t count) {
   p.range = hn::GetLane(hn::MaxOfLanes(df, range)) + 2;
 }
 
-/// The live rays among [begin, end) from plane `k` to their ends. Returns the plane at which they are too wide, or -1.
-int32_t march(const BrickVolume& bricks, Packet& p, size_t begin, size_t end, int32_t k, SliceCache& cache) {
+/// What lies between the bounds of a packet, or of several in one frame.
+class Beam {
+ public:
+  /// Cells of u and v that it may touch between two planes, from the corner of the volume's bounds: low u, high u, low
+  /// v, high v.
+  struct Extent {
+    alignas(16) int32_t cell[4];
+  };
+
+  HWY_INLINE Beam(const BrickVolume& bricks, const Packet& frame, const PacketBounds& bounds)
+      : bounds_(bounds),
+        corner_u_(frame.corner[1]),
+        corner_v_(frame.corner[2]),
+        m_(frame.main),
+        flip_(frame.flip),
+        corner_k_(frame.corner[0]),
+        codes_(bricks.codes()) {
+    const int32_t* leaves = bricks.leaves_along();
+    const size_t strides[3] = {size_t(leaves[1]) * size_t(leaves[2]), 1, size_t(leaves[1])};
+    stride_m_ = strides[m_], stride_u_ = strides[frame.u], stride_v_ = strides[frame.v];
+    last_u_ = leaves[frame.u] * kLeafSize - 1, last_v_ = leaves[frame.v] * kLeafSize - 1;
+    const VoxelPos first = bricks.content().min - bricks.low(), last = bricks.content().max - bricks.low();
+    end_k_ = (flip_ ? ~first[m_] : last[m_]) - corner_k_ + 1;
+#if HWY_TARGET != HWY_SCALAR
+    const hn::CappedTag<float, 4> d4;
+    const hn::RebindToSigned<decltype(d4)> i4;
+    alignas(16) const float offsets[4] = {-bounds.low_y[0], bounds.high_y[0], -bounds.low_y[1], bounds.high_y[1]};
+    alignas(16) const float slopes[4] = {-bounds.low_slope[0], bounds.high_slope[0], -bounds.low_slope[1],
+                                         bounds.high_slope[1]};
+    alignas(16) const int32_t signs[4] = {-1, 0, -1, 0};
+    alignas(16) const int32_t corners[4] = {corner_u_, corner_u_, corner_v_, corner_v_};
+    // y is u - 1/2: the cell of the highest is the nearest whole number, that of the lowest too.
+    offset4_ = hn::Add(hn::Load(d4, offsets), hn::Set(d4, 0x1p-6f)), slope4_ = hn::Load(d4, slopes);
+    sign4_ = hn::Load(i4, signs), corner4_ = hn::Load(i4, corners);
+#endif
+  }
+
+  /// Beyond this plane there is nothing.
+  int32_t end_k() const { return end_k_; }
+
+  // Lows are computed as negative highs, and what rounds to the nearest is wider than what floors.
+  HWY_INLINE Extent extent(int32_t from, int32_t to) const {
+    Extent e;
+#if HWY_TARGET == HWY_SCALAR
+    const float a = static_cast<float>(from), b = static_cast<float>(to);
+    for (int i = 0; i < 2; ++i) {
+      const float lowest = bounds_.low_y[i] + std::min(a * bounds_.low_slope[i], b * bounds_.low_slope[i]);
+      const float highest = bounds_.high_y[i] + std::max(a * bounds_.high_slope[i], b * bounds_.high_slope[i]);
+      const int32_t corner = i == 0 ? corner_u_ : corner_v_;
+      e.cell[2 * i] = corner + static_cast<int32_t>(std::floor(lowest + (0.5f - 0x1p-6f)));
+      e.cell[2 * i + 1] = corner + static_cast<int32_t>(std::floor(highest + (0.5f + 0x1p-6f)));
+    }
+#else
+    const hn::CappedTag<float, 4> d4;
+    const hn::RebindToSigned<decltype(d4)> i4;
+    const auto a = hn::Mul(slope4_, hn::Set(d4, static_cast<float>(from)));
+    const auto b = hn::Mul(slope4_, hn::Set(d4, static_cast<float>(to)));
+    const auto cell = hn::NearestInt(hn::Add(offset4_, hn::Max(a, b)));
+    hn::Store(hn::Add(hn::Sub(hn::Xor(cell, sign4_), sign4_), corner4_), i4, e.cell);
+#endif
+    return e;
+  }
+
+  /// The same between each two of nine planes in a row.
+  HWY_INLINE void extents(int32_t from, int32_t cells[4][kMostLanes]) const {
+    const Floats df;
+    const Ints di;
+    for (int at = 0; at < 8; at += static_cast<int>(hn::Lanes(df))) {
+      const F a = hn::ConvertTo(df, hn::Iota(di, from + at)), b = hn::Add(a, hn::Set(df, 1.0f));
+      for (int i = 0; i < 2; ++i) {
+        const F low = hn::Set(df, -bounds_.low_slope[i]), high = hn::Set(df, bounds_.high_slope[i]);
+        const F low_y = hn::Set(df, 0x1p-6f - bounds_.low_y[i]), high_y = hn::Set(df, 0x1p-6f + bounds_.high_y[i]);
+        const I corner = hn::Set(di, i == 0 ? corner_u_ : corner_v_);
+        const I first = nearest_within(hn::Add(low_y, hn::Max(hn::Mul(a, low), hn::Mul(b, low))));
+        const I last = nearest_within(hn::Add(high_y, hn::Max(hn::Mul(a, high), hn::Mul(b, high))));
+        hn::Store(hn::Sub(corner, first), di, cells[2 * i] + at);
+        hn::Store(hn::Add(corner, last), di, cells[2 * i + 1] + at);
+      }
+    }
+  }
+
+  /// From plane k on to the first in a layer of leaves of which one isn't empty near the beam, or to the end. `log2`:
+  /// of the side of the cubes to be tried first, 3 to 7; of those to be tried next.
+  HWY_INLINE int32_t pass_empty(int32_t k, int& log2) const {
+    while (k < end_k_ && log2 >= 3) {
+      const int32_t cell = corner_k_ + k;  // mirrored
+      const int32_t size = 1 << log2, next = (cell | (size - 1)) + 1 - corner_k_;
+      const Extent e = extent(k, next);
+      const int32_t u0 = std::max(e.cell[0], 0) >> log2, u1 = std::min(e.cell[1], last_u_) >> log2;
+      const int32_t v0 = std::max(e.cell[2], 0) >> log2, v1 = std::min(e.cell[3], last_v_) >> log2;
+      bool clear = u1 - u0 <= 3 && v1 - v0 <= 3;
+      const uint32_t least = static_cast<uint32_t>(size - 1);
+      const uint32_t* layer = codes_ + stride_m_ * static_cast<size_t>((cell ^ flip_) >> 3);
+      for (int32_t a = u0; clear && a <= u1; ++a)
+        for (int32_t b = v0; clear && b <= v1; ++b) {
+          const uint32_t code = layer[stride_u_ * (static_cast<size_t>(a) << (log2 - 3)) +
+                                      stride_v_ * (static_cast<size_t>(b) << (log2 - 3))];
+          clear = (code & BrickVolume::kSide) >= least && !(code & BrickVolume::kMixed);
+        }
+      if (!clear) {
+        --log2;
+      } else {
+        k = next;
+        // Larger cubes begin there only if it is a multiple of their side.
+        if (((corner_k_ + next) & (2 * size - 1)) == 0) log2 = std::min(log2 + 1, 7);
+      }
+    }
+    log2 = 3;
+    return k;
+  }
+
+ private:
+  PacketBounds bounds_;
+  int32_t corner_u_, corner_v_;
+  int m_;
+  int32_t flip_, corner_k_, end_k_, last_u_, last_v_;
+  const uint32_t* codes_;
+  size_t stride_m_, stride_u_, stride_v_;
+#if HWY_TARGET != HWY_SCALAR
+  hn::Vec<hn::CappedTag<float, 4>> offset4_, slope4_;
+  hn::Vec<hn::CappedTag<int32_t, 4>> sign4_, corner4_;
+#endif
+};
+
+/// The live rays among [begin, end), which lie between the bounds, from plane `k` to their ends. Returns the plane at
+/// which they are too wide, or -1.
+int32_t march(const BrickVolume& bricks, Packet& p, const PacketBounds& bounds, size_t begin, size_t end, int32_t k,
+              SliceCache& cache) {
   const uint64_t mine = (end - begin == 64 ? ~0ull : (1ull << (end - begin)) - 1) << begin;
-  PacketBounds bounds;
-  bound_packet(p, begin, end, bounds);
+  const Beam beam(bricks, p, bounds);
   const int m = p.main, u = p.u, v = p.v;
   const int32_t flip = p.flip, corner_k = p.corner[0];
   const int32_t* leaves = bricks.leaves_along();
   const size_t strides[3] = {size_t(leaves[1]) * size_t(leaves[2]), 1, size_t(leaves[1])};
   const size_t stride_m = strides[m], stride_u = strides[u], stride_v = strides[v];
   const uint32_t* codes = bricks.codes();
-  // Planes up to the end of what holds anything.
-  const VoxelPos first = bricks.content().min - bricks.low(), last_cell = bricks.content().max - bricks.low();
-  const int32_t end_k = (flip ? ~first[m] : last_cell[m]) - corner_k + 1;
-  // Cells of u and v that the packet may touch between two planes, from the corner of the bounds: low u, high u, low v,
-  // high v. Lows are computed as negative highs, and what rounds to the nearest is wider than what floors.
-  const hn::CappedTag<float, 4> d4;
-  const hn::RebindToSigned<decltype(d4)> i4;
-  struct Extent {
-    alignas(16) int32_t cell[4];
-  };
-#if HWY_TARGET == HWY_SCALAR
-  const auto extent = [&](int32_t from, int32_t to) {
-    const float a = static_cast<float>(from), b = static_cast<float>(to);
-    Extent e;
-    for (int i = 0; i < 2; ++i) {
-      const float lowest = bounds.low_y[i] + std::min(a * bounds.low_slope[i], b * bounds.low_slope[i]);
-      const float highest = bounds.high_y[i] + std::max(a * bounds.high_slope[i], b * bounds.high_slope[i]);
-      e.cell[2 * i] = p.corner[1 + i] + static_cast<int32_t>(std::floor(lowest + (0.5f - 0x1p-6f)));
-      e.cell[2 * i + 1] = p.corner[1 + i] + static_cast<int32_t>(std::floor(highest + (0.5f + 0x1p-6f)));
-    }
-    return e;
-  };
-  (void)d4, (void)i4;
-#else
-  alignas(16) const float offsets[4] = {-bounds.low_y[0], bounds.high_y[0], -bounds.low_y[1], bounds.high_y[1]};
-  alignas(16)
-      const float slopes[4] = {-bounds.low_slope[0], bounds.high_slope[0], -bounds.low_slope[1], bounds.high_slope[1]};
-  alignas(16) const int32_t signs[4] = {-1, 0, -1, 0};
-  alignas(16) const int32_t corners[4] = {p.corner[1], p.corner[1], p.corner[2], p.corner[2]};
-  // y is u - 1/2: the cell of the highest is the nearest whole number, that of the lowest too.
-  const auto offset4 = hn::Add(hn::Load(d4, offsets), hn::Set(d4, 0x1p-6f)), slope4 = hn::Load(d4, slopes);
-  const auto sign4 = hn::Load(i4, signs), corner4 = hn::Load(i4, corners);
-  const auto extent = [&](int32_t from, int32_t to) {
-    const auto a = hn::Mul(slope4, hn::Set(d4, static_cast<float>(from)));
-    const auto b = hn::Mul(slope4, hn::Set(d4, static_cast<float>(to)));
-    const auto cell = hn::NearestInt(hn::Add(offset4, hn::Max(a, b)));
-    Extent e;
-    hn::Store(hn::Add(hn::Sub(hn::Xor(cell, sign4), sign4), corner4), i4, e.cell);
-    return e;
-  };
-#endif
-
   int log2 = k == 0 ? 7 : 3;
   const uint64_t* slices[4] = {};
   int32_t loaded_layer = INT32_MIN, loaded_u = 0, loaded_v = 0;
   static constexpr uint64_t kNothing[8] = {};
-  while (p.alive & mine && k < end_k) {
+  while (p.alive & mine) {
+    k = beam.pass_empty(k, log2);
+    if (k >= beam.end_k()) break;
     const int32_t cell = corner_k + k;  // mirrored
-    const uint32_t* layer_codes = codes + stride_m * static_cast<size_t>((cell ^ flip) >> 3);
-    // Pass slabs in which the packet meets nothing.
-    bool passed = false;
-    for (; log2 >= 3; --log2) {
-      const int32_t size = 1 << log2, next = (cell | (size - 1)) + 1 - corner_k;
-      const Extent e = extent(k, next);
-      int32_t u0 = e.cell[0], u1 = e.cell[1], v0 = e.cell[2], v1 = e.cell[3];
-      u0 = std::max(u0, 0), v0 = std::max(v0, 0);
-      u1 = std::min(u1, leaves[u] * kLeafSize - 1), v1 = std::min(v1, leaves[v] * kLeafSize - 1);
-      u0 >>= log2, u1 >>= log2, v0 >>= log2, v1 >>= log2;
-      if (u1 - u0 > 3 || v1 - v0 > 3) continue;
-      const uint32_t least = static_cast<uint32_t>(size - 1);
-      bool clear = true;
-      for (int32_t a = u0; clear && a <= u1; ++a)
-        for (int32_t b = v0; clear && b <= v1; ++b) {
-          const uint32_t code = layer_codes[stride_u * (static_cast<size_t>(a) << (log2 - 3)) +
-                                            stride_v * (static_cast<size_t>(b) << (log2 - 3))];
-          clear = (code & BrickVolume::kSide) >= least && !(code & BrickVolume::kMixed);
-        }
-      if (clear) {
-        k = next;
-        log2 = std::min(log2 + 1, 7);
-        passed = true;
-        break;
-      }
-    }
-    if (passed) continue;
-    log2 = 3;
     // The slabs of this layer of leaves, one by one.
     const int32_t layer = (cell ^ flip) >> 3, last = (cell | 7) - corner_k;
-    for (; k <= last && p.alive & mine; ++k) {
-      const Extent e = extent(k, k + 1);
-      const int32_t u0 = e.cell[0], u1 = e.cell[1], v0 = e.cell[2], v1 = e.cell[3];
+    alignas(64) int32_t cells[4][kMostLanes];
+    beam.extents(k, cells);
+    for (const int32_t first_k = k; k <= last && p.alive & mine; ++k) {
+      const int at = k - first_k;
+      const int32_t u0 = cells[0][at], u1 = cells[1][at], v0 = cells[2][at], v1 = cells[3][at];
       const int32_t leaf_u = u0 >> 3, leaf_v = v0 >> 3;
       if (u1 - leaf_u * 8 > 15 || v1 - leaf_v * 8 > 15) return k;
       if (layer != loaded_layer || leaf_u != loaded_u || leaf_v != loaded_v) {
@@ -464,27 +535,61 @@ int32_t march(const BrickVolume& bricks, Packet& p, size_t begin, size_t end, in
   return -1;
 }
 
-/// The packet from its start; where it is too wide for a slice, each 16 rays of it by themselves. What is still alive
-/// after that must go on from its plane some other way.
-HWY_INLINE void walk_prepared(const BrickVolume& bricks, Packet& p, size_t count, SliceCache& cache) {
-  prepare_packet(p, count);
-  for (int32_t& k : p.k) k = 0;
-  const int32_t cell = p.corner[0] ^ p.flip;
-  if (static_cast<uint32_t>(cell) >= static_cast<uint32_t>(bricks.leaves_along()[p.main] * kLeafSize)) return;
-  const int32_t wide = p.alive ? march(bricks, p, 0, kPacket, 0, cache) : -1;
-  if (wide < 0) return;
-  for (size_t quarter = 0; quarter < 4; ++quarter)
-    if (p.alive >> (16 * quarter) & 0xffff)
-      p.k[quarter] = march(bricks, p, 16 * quarter, 16 * quarter + 16, wide, cache);
+/// Up to kGroup packets that are framed are filled with rays [0, count), and pass together what is empty for all.
+template <class Ray>
+HWY_INLINE void begin_packets(const BrickVolume& bricks, Packet* packets, const Ray* rays, size_t count) {
+  bool alike = true;
+  PacketBounds all;
+  bool any = false;
+  for (size_t n = 0; n * kPacket < count; ++n) {
+    Packet& p = packets[n];
+    const size_t in_packet = std::min(kPacket, count - n * kPacket);
+    load_packet(p, rays + n * kPacket, in_packet, bricks.low());
+    prepare_packet(p, in_packet);
+    p.begin_k = 0;
+    const int32_t cell = p.corner[0] ^ p.flip;
+    if (static_cast<uint32_t>(cell) >= static_cast<uint32_t>(bricks.leaves_along()[p.main] * kLeafSize)) {
+      p.begin_k = Packet::kOutside;
+      alike = false;
+      continue;
+    }
+    if (!p.alive) continue;
+    bound_packet(p, 0, kPacket, p.bounds);
+    const Packet& q = packets[0];
+    alike &= q.alive && p.main == q.main && p.flip == q.flip && std::equal(p.corner, p.corner + 3, q.corner);
+    all.include(p.bounds);
+    any = true;
+  }
+  if (!any || !alike || count <= kPacket) return;
+  int log2 = 7;
+  const int32_t k = Beam(bricks, packets[0], all).pass_empty(0, log2);
+  for (size_t n = 0; n * kPacket < count; ++n) packets[n].begin_k = k;
 }
 
-void walk_grid_packet(const BrickVolume& bricks, Packet& p, const GridRay* rays, size_t count, SliceCache& cache) {
-  load_packet(p, rays, count, bricks.low());
-  walk_prepared(bricks, p, count, cache);
+/// One of them to its end; where it is too wide for a slice, each 16 rays of it by themselves. What is still alive
+/// after that must go on from its plane some other way.
+HWY_INLINE void walk_packet(const BrickVolume& bricks, Packet& p, SliceCache& cache) {
+  for (int32_t& k : p.k) k = 0;
+  if (!p.alive || p.begin_k == Packet::kOutside) return;
+  const int32_t wide = march(bricks, p, p.bounds, 0, kPacket, p.begin_k, cache);
+  if (wide < 0) return;
+  for (size_t quarter = 0; quarter < 4; ++quarter)
+    if (p.alive >> (16 * quarter) & 0xffff) {
+      PacketBounds bounds;
+      bound_packet(p, 16 * quarter, 16 * quarter + 16, bounds);
+      p.k[quarter] = march(bricks, p, bounds, 16 * quarter, 16 * quarter + 16, wide, cache);
+    }
 }
-void walk_stream_packet(const BrickVolume& bricks, Packet& p, const StreamRay* rays, size_t count, SliceCache& cache) {
-  load_packet(p, rays, count, bricks.low());
-  walk_prepared(bricks, p, count, cache);
+
+void begin_grid_packets(const BrickVolume& bricks, Packet* packets, const GridRay* rays, size_t count) {
+  begin_packets(bricks, packets, rays, count);
+}
+void begin_stream_packets(const BrickVolume& bricks, Packet* packets, const StreamRay* rays, size_t count) {
+  begin_packets(bricks, packets, rays, count);
+}
+void walk_grid_packet(const BrickVolume& bricks, Packet& p, SliceCache& cache) { walk_packet(bricks, p, cache); }
+void walk_stream_packet(const BrickVolume& bricks, Packet& p, SliceCache& cache) {
+  walk_packet(bricks, p, cache);
   finish_packet(p, bricks.low());
 }
 
@@ -496,6 +601,8 @@ HWY_AFTER_NAMESPACE();
 namespace world {
 
 namespace {
+HWY_EXPORT(begin_grid_packets);
+HWY_EXPORT(begin_stream_packets);
 HWY_EXPORT(walk_grid_packet);
 HWY_EXPORT(walk_stream_packet);
 }  // namespace
@@ -584,15 +691,18 @@ void RayStream::walk_packets(std::span<const Ray> rays, std::span<GridHit> hits,
     return;
   }
   SliceCache cache;
-  Packet packet;
+  Packet packets[kGroup];
   alignas(RestOfRays) unsigned char room[sizeof(RestOfRays)];  // its rays are written before they are read
   RestOfRays& rest = *new (room) RestOfRays;
   StreamReport done;
   done.rays = rays.size();
   for (size_t begin = 0; begin < rays.size(); begin += kPacket) {
-    const size_t count = std::min(kPacket, rays.size() - begin);
-    // The next packet's rays come into the cache while this one walks.
-    prefetch_records(rays.data() + begin + count, std::min(kPacket, rays.size() - begin - count));
+    const size_t count = std::min(kPacket, rays.size() - begin), n = begin / kPacket % kGroup;
+    if (n == 0) frame_packets(packets, rays.subspan(begin, std::min(kGroup * kPacket, rays.size() - begin)));
+    // The rays of the packet in its place in the next group come into the cache while this one walks.
+    if (const size_t next = begin + kGroup * kPacket; next < rays.size())
+      prefetch_records(rays.data() + next, std::min(kPacket, rays.size() - next));
+    Packet& packet = packets[n];
     if (const uint64_t left =
             first_set_packet(packet, cache, rays.subspan(begin, count), hits.subspan(begin, count), done)) {
       if (rest.count + kPacket > RestOfRays::kSize) walk_rest(rest, rays, hits, done);
@@ -623,25 +733,37 @@ void RayStream::walk_packets(std::span<const Ray> rays, std::span<GridHit> hits,
 }
 
 template <class Ray>
+void RayStream::frame_packets(Packet* packets, std::span<const Ray> rays) const {
+  const VoxelPos low = bricks_.low();
+  for (size_t n = 0; n * kPacket < rays.size(); ++n) {
+    const Ray& middle = rays[n * kPacket + std::min(kPacket, rays.size() - n * kPacket) / 2];
+    const Vec3d lead(middle.direction);
+    Packet& p = packets[n];
+    p.main = std::abs(lead.x) >= std::abs(lead.y) ? 0 : 1;
+    if (std::abs(lead.z) > std::abs(lead[p.main])) p.main = 2;
+    p.u = p.main == 0 ? 1 : 0, p.v = p.main == 2 ? 1 : 2;
+    p.flip = lead[p.main] > 0 ? 0 : -1;
+    p.alive = p.hit = p.unsure = 0;
+    p.corner[1] = middle.voxel[p.u] - low[p.u], p.corner[2] = middle.voxel[p.v] - low[p.v];
+  }
+  if constexpr (std::is_same_v<Ray, StreamRay>)
+    HWY_DYNAMIC_DISPATCH(begin_stream_packets)(bricks_, packets, rays.data(), rays.size());
+  else
+    HWY_DYNAMIC_DISPATCH(begin_grid_packets)(bricks_, packets, rays.data(), rays.size());
+}
+
+template <class Ray>
 uint64_t RayStream::first_set_packet(Packet& p, SliceCache& cache, std::span<const Ray> rays, std::span<GridHit> hits,
                                      StreamReport& report) const {
-  const size_t count = rays.size();
-  const Ray& middle = rays[count / 2];
-  const Vec3d lead(middle.direction);
-  int m = std::abs(lead.x) >= std::abs(lead.y) ? 0 : 1;
-  if (std::abs(lead.z) > std::abs(lead[m])) m = 2;
-  const int u = m == 0 ? 1 : 0, v = m == 2 ? 1 : 2;
-  p.main = m, p.u = u, p.v = v;
-  p.flip = lead[m] > 0 ? 0 : -1;
-  p.alive = p.hit = p.unsure = 0;
-  const VoxelPos low = bricks_.low();
-  p.corner[1] = middle.voxel[u] - low[u], p.corner[2] = middle.voxel[v] - low[v];
   constexpr bool kInFloats = std::is_same_v<Ray, StreamRay>;
   if constexpr (kInFloats)
-    HWY_DYNAMIC_DISPATCH(walk_stream_packet)(bricks_, p, rays.data(), count, cache);
+    HWY_DYNAMIC_DISPATCH(walk_stream_packet)(bricks_, p, cache);
   else
-    HWY_DYNAMIC_DISPATCH(walk_grid_packet)(bricks_, p, rays.data(), count, cache);
+    HWY_DYNAMIC_DISPATCH(walk_grid_packet)(bricks_, p, cache);
 
+  const size_t count = rays.size();
+  const int m = p.main, u = p.u, v = p.v;
+  const VoxelPos low = bricks_.low();
   // Exact t of what was hit.
   const int axes[4] = {0, m, u, v};
   const int32_t corner_k = p.corner[0], corner_u = p.corner[1] + low[u], corner_v = p.corner[2] + low[v];

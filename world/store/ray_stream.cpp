@@ -1,6 +1,7 @@
 #include "world/store/ray_stream.h"
 
 #include <algorithm>
+#include <atomic>
 #include <limits>
 
 #include "world/store/parallel_rays.h"
@@ -29,16 +30,35 @@ struct BrickView {
   VoxelPos low;               // corner of the bounds
 };
 
-/// A few rays made ready, each in a space mirrored so that it runs upwards on each axis: there a cell c is c ^ flip.
-/// Cells count from the low corner of the bounds. Directions are scaled so that their largest component is 1.
-struct alignas(64) StreamRays {
-  // As given: fraction, direction, largest t in lengths of the direction, start voxel.
-  float fraction[3][kChunk], direction[3][kChunk], t_max[kChunk];
-  int32_t voxel[3][kChunk];
-  // Made of it; `beyond` is (1 - origin) * inverse.
-  float origin[3][kChunk], along[3][kChunk], inverse[3][kChunk], beyond[3][kChunk], t_limit[kChunk];
-  int32_t base[3][kChunk], flip[3][kChunk], last[3][kChunk];
-  uint64_t walks, unsure;  // a bit a ray; what is neither meets nothing
+/// What is kept of a walking ray, 32 bits each: rows of ReadyRays and of Lanes. Each ray is in a space mirrored so that
+/// it runs upwards on each axis: there a cell c is c ^ flip. Cells count from the low corner of the bounds. Directions
+/// are scaled so that their largest component is 1. Three rows in a row are x, y, z.
+enum RayRow : int {
+  kOrigin = 0,    // fraction of the start voxel
+  kAlong = 3,     // direction
+  kInverse = 6,   // 1 / along
+  kBeyond = 9,    // (1 - origin) * inverse
+  kBase = 12,     // start voxel
+  kFlip = 15,     // 0 or -1
+  kLast = 18,     // the last cell that may hold anything
+  kUpwards = 21,  // the bits of a column's side where the ray doesn't go down, else 0
+  kLimit = 22,    // t at which it ends
+  kRay = 23,      // index; -1 for a lane without a ray, which stands in the first cell and misses at each step
+  kRayRows = 24
+};
+
+/// Rays made ready to walk, in [begin, end) of each row. What lies behind may be read and overwritten, up to a vector.
+struct alignas(64) ReadyRays {
+  static constexpr size_t kSize = kChunk + 3 * 16;
+  int32_t rows[kRayRows][kSize];
+  size_t begin = 0, end = 0;
+};
+
+/// Rays that met a voxel: theirs, and the axis by which it was entered (-1: they started there).
+struct alignas(64) HitRays {
+  static constexpr size_t kSize = 64;
+  int32_t ray[kSize + 16], voxel[3][kSize + 16], axis[kSize + 16];
+  size_t count = 0;
 };
 
 }  // namespace world
@@ -52,7 +72,7 @@ namespace HWY_NAMESPACE {
 HWY_INLINE I cell_at(F t, F origin, F along, I base, F& off_middle) {
   const Floats df;
   const F position = hn::MulAdd(t, along, hn::Sub(origin, hn::Set(df, 0.5f)));
-  const I whole = hn::NearestInt(position);
+  const I whole = nearest_within(position);
   off_middle = hn::Abs(hn::Sub(position, hn::ConvertTo(df, whole)));
   return hn::Add(base, whole);
 }
@@ -64,113 +84,125 @@ HWY_INLINE F sure_distance(F t, F inverse) {
                     hn::MulAdd(inverse, hn::Set(df, -0x1p-23f), hn::Set(df, 0.5f - 0x1p-21f)));
 }
 
-/// What is given of rays [0, count), at most kChunk; those after them repeat the last.
-template <class Ray>
-HWY_INLINE void load_chunk(const BrickView& bricks, const Ray* rays, size_t count, StreamRays& to) {
-  const Ints di;
-  size_t at = 0;
-  if constexpr (std::is_same_v<Ray, StreamRay>) {
-    static_assert(sizeof(StreamRay) == 40);  // voxel, fraction, direction, t_max
-    for (const size_t width = hn::Lanes(di); at + width <= count; at += width) {
-      I low[8], high[8];
-      load_transposed(rays + at, 0, low), load_transposed(rays + at, 2, high);
-      for (int a = 0; a < 3; ++a) {
-        hn::Store(hn::Sub(low[a], hn::Set(di, (&bricks.low.x)[a])), di, to.voxel[a] + at);
-        hn::Store(hn::BitCast(Floats(), low[3 + a]), Floats(), to.fraction[a] + at);
-        hn::Store(hn::BitCast(Floats(), high[4 + a]), Floats(), to.direction[a] + at);
-      }
-      hn::Store(hn::BitCast(Floats(), high[7]), Floats(), to.t_max + at);
-    }
-  }
-  for (; at < kChunk; ++at) {
-    const Ray& ray = rays[std::min(at, count - 1)];
-    for (int a = 0; a < 3; ++a) {
-      to.fraction[a][at] = static_cast<float>((&ray.fraction.x)[a]);
-      to.direction[a][at] = static_cast<float>((&ray.direction.x)[a]);
-      to.voxel[a][at] = (&ray.voxel.x)[a] - (&bricks.low.x)[a];
-    }
-    to.t_max[at] = static_cast<float>(ray.t_max);
-  }
-}
+/// What is given of a vector of rays: start voxels from the corner of the bounds, fractions, directions.
+struct GivenRays {
+  I voxel[3];
+  F fraction[3], direction[3], t_max;
+};
 
-/// Mirrors, scales and inverts rays [0, count); sorts out those that must be walked in double and those that meet
-/// nothing.
-HWY_INLINE void prepare(const BrickView& bricks, StreamRays& rays, size_t count) {
-  rays.walks = rays.unsure = 0;
+/// Of rays [0, count), at most a vector; lanes after them repeat the last.
+template <class Ray>
+HWY_INLINE GivenRays load_rays(const BrickView& bricks, const Ray* rays, size_t count) {
   const Floats df;
   const Ints di;
-  const size_t width = hn::Lanes(df);
-  const F zero = hn::Zero(df), one = hn::Set(df, 1.0f);
-  for (size_t at = 0; at < count; at += width) {
-    F d[3];
-    for (int a = 0; a < 3; ++a) d[a] = hn::Load(df, rays.direction[a] + at);
-    const F largest = hn::Max(hn::Max(hn::Abs(d[0]), hn::Abs(d[1])), hn::Abs(d[2]));
-    const F scale = hn::Div(one, largest);
-    const F t_max = hn::Load(df, rays.t_max + at);
-    // Directions beyond what a float holds well, NaN among them, are for the exact walk.
-    auto fine = hn::And(hn::Gt(largest, hn::Set(df, 0x1p-60f)), hn::Lt(largest, hn::Set(df, 0x1p60f)));
-    fine = hn::And(fine, hn::Ge(t_max, zero));
-    auto none = hn::Lt(zero, zero);
-    for (int a = 0; a < 3; ++a) {
-      const auto down = hn::Lt(d[a], zero);
-      const I flip = hn::IfThenElseZero(hn::RebindMask(di, down), hn::Set(di, -1));
-      const F fraction = hn::Load(df, rays.fraction[a] + at);
-      const F origin = hn::IfThenElse(down, hn::Sub(one, fraction), fraction);
-      const F along = hn::Mul(hn::Abs(d[a]), scale);
-      const auto steps = hn::Gt(along, hn::Set(df, 0x1p-40f));
-      const F inverse = hn::IfThenElseZero(steps, hn::Div(one, along));
-      const F left = hn::Sub(one, origin);
-      const I voxel = hn::Load(di, rays.voxel[a] + at);
-      const I base = hn::Xor(voxel, flip);
-      const I last =
-          hn::IfThenElse(hn::RebindMask(di, down), hn::Not(hn::Set(di, bricks.first[a])), hn::Set(di, bricks.last[a]));
-      // A tiny component that isn't zero, and a start on the far plane of an axis that never steps.
-      fine = hn::And(fine, hn::Or(steps, hn::And(hn::Eq(along, zero), hn::Gt(left, hn::Set(df, 0x1p-20f)))));
-      fine = hn::And(fine, hn::And(hn::Ge(origin, zero), hn::Le(origin, one)));
-      none = hn::Or(none, hn::RebindMask(df, hn::Gt(base, last)));
-      hn::Store(origin, df, rays.origin[a] + at);
-      hn::Store(along, df, rays.along[a] + at);
-      hn::Store(inverse, df, rays.inverse[a] + at);
-      hn::Store(hn::IfThenElse(steps, hn::Mul(left, inverse), hn::Set(df, 0x1p120f)), df, rays.beyond[a] + at);
-      hn::Store(base, di, rays.base[a] + at);
-      hn::Store(flip, di, rays.flip[a] + at);
-      hn::Store(last, di, rays.last[a] + at);
+  GivenRays given;
+  if constexpr (std::is_same_v<Ray, StreamRay>) {
+    static_assert(sizeof(StreamRay) == 40);  // voxel, fraction, direction, t_max
+    if (count == hn::Lanes(di)) {
+      I low[8], high[8];  // words 0 to 7, words 2 to 9
+      load_transposed(rays, 0, low), load_transposed(rays, 2, high);
+      for (int a = 0; a < 3; ++a) {
+        given.voxel[a] = hn::Sub(low[a], hn::Set(di, (&bricks.low.x)[a]));
+        given.fraction[a] = hn::BitCast(df, low[3 + a]);
+        given.direction[a] = hn::BitCast(df, high[4 + a]);
+      }
+      given.t_max = hn::BitCast(df, high[7]);
+      return given;
     }
-    // A little more than t_max: what is met beyond it is taken back in double.
-    const F t_limit = hn::MulAdd(hn::Mul(t_max, largest), hn::Set(df, 1 + 0x1p-18f), hn::Set(df, 0x1p-18f));
-    hn::Store(hn::Min(t_limit, hn::Set(df, 0x1p100f)), df, rays.t_limit + at);
-    // Codes cover the bounds and no more.
-    for (int a = 0; a < 3; ++a) {
-      const I cell = hn::Xor(hn::Load(di, rays.base[a] + at), hn::Load(di, rays.flip[a] + at));
-      const auto outside = hn::Or(hn::Lt(cell, hn::Zero(di)), hn::Not(hn::Lt(cell, hn::Set(di, bricks.size[a]))));
-      fine = hn::And(fine, hn::Not(hn::RebindMask(df, outside)));
-    }
-    rays.walks |= uint64_t{bits_of(di, hn::RebindMask(di, hn::AndNot(none, fine)))} << at;
-    rays.unsure |= uint64_t{bits_of(di, hn::RebindMask(di, hn::Not(fine)))} << at;
   }
-  const uint64_t given = count == 64 ? ~0ull : (1ull << count) - 1;
-  rays.walks &= given, rays.unsure &= given;
+  alignas(64) int32_t voxel[3][kMostLanes];
+  alignas(64) float fraction[3][kMostLanes], direction[3][kMostLanes], t_max[kMostLanes];
+  for (size_t lane = 0; lane < hn::Lanes(di); ++lane) {
+    const Ray& ray = rays[std::min(lane, count - 1)];
+    for (int a = 0; a < 3; ++a) {
+      fraction[a][lane] = static_cast<float>((&ray.fraction.x)[a]);
+      direction[a][lane] = static_cast<float>((&ray.direction.x)[a]);
+      voxel[a][lane] = (&ray.voxel.x)[a] - (&bricks.low.x)[a];
+    }
+    t_max[lane] = static_cast<float>(ray.t_max);
+  }
+  for (int a = 0; a < 3; ++a) {
+    given.voxel[a] = hn::Load(di, voxel[a]);
+    given.fraction[a] = hn::Load(df, fraction[a]), given.direction[a] = hn::Load(df, direction[a]);
+  }
+  given.t_max = hn::Load(df, t_max);
+  return given;
 }
 
-/// The state of one vector of lanes. In memory: there are more values than registers, and refilling writes single
-/// lanes. Cells have two places, of which a step reads one and writes the other, so that the last cell of a ray that
-/// ended is still there.
+/// Mirrors, scales and inverts a vector of rays, of which the first is `first` and `count` are given, and adds those
+/// that walk to `ready`. Those that must be walked in double go to `unsure`; the others meet nothing.
+HWY_INLINE void prepare(const BrickView& bricks, const GivenRays& rays, uint32_t first, size_t count, ReadyRays& ready,
+                        uint32_t* unsure, size_t& unsure_count) {
+  const Floats df;
+  const Ints di;
+  const F zero = hn::Zero(df), one = hn::Set(df, 1.0f);
+  const F largest =
+      hn::Max(hn::Max(hn::Abs(rays.direction[0]), hn::Abs(rays.direction[1])), hn::Abs(rays.direction[2]));
+  const F scale = hn::Div(one, largest);
+  // Directions beyond what a float holds well, NaN among them, are for the exact walk.
+  auto fine = hn::And(hn::Gt(largest, hn::Set(df, 0x1p-60f)), hn::Lt(largest, hn::Set(df, 0x1p60f)));
+  fine = hn::And(fine, hn::Ge(rays.t_max, zero));
+  auto none = hn::Lt(zero, zero);
+  I made[kRayRows];
+  for (int a = 0; a < 3; ++a) {
+    const auto down = hn::Lt(rays.direction[a], zero);
+    const I flip = hn::IfThenElseZero(hn::RebindMask(di, down), hn::Set(di, -1));
+    const F origin = hn::IfThenElse(down, hn::Sub(one, rays.fraction[a]), rays.fraction[a]);
+    const F along = hn::Mul(hn::Abs(rays.direction[a]), scale);
+    const auto steps = hn::Gt(along, hn::Set(df, 0x1p-40f));
+    const F inverse = hn::IfThenElseZero(steps, hn::Div(one, along));
+    const F left = hn::Sub(one, origin);
+    const I base = hn::Xor(rays.voxel[a], flip);
+    const I last =
+        hn::IfThenElse(hn::RebindMask(di, down), hn::Not(hn::Set(di, bricks.first[a])), hn::Set(di, bricks.last[a]));
+    // A tiny component that isn't zero, and a start on the far plane of an axis that never steps.
+    fine = hn::And(fine, hn::Or(steps, hn::And(hn::Eq(along, zero), hn::Gt(left, hn::Set(df, 0x1p-20f)))));
+    fine = hn::And(fine, hn::And(hn::Ge(origin, zero), hn::Le(origin, one)));
+    // Codes cover the bounds and no more.
+    const auto outside =
+        hn::Or(hn::Lt(rays.voxel[a], hn::Zero(di)), hn::Not(hn::Lt(rays.voxel[a], hn::Set(di, bricks.size[a]))));
+    fine = hn::And(fine, hn::Not(hn::RebindMask(df, outside)));
+    none = hn::Or(none, hn::RebindMask(df, hn::Gt(base, last)));
+    made[kOrigin + a] = hn::BitCast(di, origin), made[kAlong + a] = hn::BitCast(di, along);
+    made[kInverse + a] = hn::BitCast(di, inverse);
+    made[kBeyond + a] = hn::BitCast(di, hn::IfThenElse(steps, hn::Mul(left, inverse), hn::Set(df, 0x1p120f)));
+    made[kBase + a] = base, made[kFlip + a] = flip, made[kLast + a] = last;
+  }
+  made[kUpwards] = hn::AndNot(made[kFlip + 1], hn::Set(di, static_cast<int32_t>(BrickVolume::kSide)));
+  // A little more than t_max: what is met beyond it is taken back in double.
+  const F t_limit = hn::MulAdd(hn::Mul(rays.t_max, largest), hn::Set(df, 1 + 0x1p-18f), hn::Set(df, 0x1p-18f));
+  made[kLimit] = hn::BitCast(di, hn::Min(t_limit, hn::Set(df, 0x1p100f)));
+  made[kRay] = hn::Add(hn::Iota(di, 0), hn::Set(di, static_cast<int32_t>(first)));
+
+  const auto given = hn::FirstN(di, count);
+  const auto walks = hn::And(given, hn::RebindMask(di, hn::AndNot(none, fine)));
+  const Compressor compress(walks);
+  const size_t end = ready.end;
+#pragma GCC unroll 24
+  for (int row = 0; row < kRayRows; ++row) compress.store(made[row], ready.rows[row] + end);
+  ready.end = end + compress.count();
+  const auto bad = hn::And(given, hn::RebindMask(di, hn::Not(fine)));
+  if (!hn::AllFalse(di, bad)) {
+    const Compressor compress_bad(bad);
+    compress_bad.store(made[kRay], reinterpret_cast<int32_t*>(unsure) + unsure_count);
+    unsure_count += compress_bad.count();
+  }
+}
+
+/// The state of one vector of lanes. In memory: there are more values than registers.
 struct alignas(64) Lanes {
-  float origin[3][kMostLanes], along[3][kMostLanes], inverse[3][kMostLanes], beyond[3][kMostLanes];
-  int32_t base[3][kMostLanes], flip[3][kMostLanes], last[3][kMostLanes];
-  int32_t upwards[kMostLanes];  // the bits of a column's side where the ray doesn't go down, else 0
-  float t_limit[kMostLanes];
-  int32_t cell[2][3][kMostLanes], axis[2][kMostLanes];
-  // Of the cells to step from: the same not mirrored, the place of its leaf's code, the code, the place of its word.
+  int32_t rows[kRayRows][kMostLanes];
+  // Where they stand: the cell, the axis by which it was entered; the cell not mirrored, the place of its leaf's code,
+  // the code, the place of its word.
+  int32_t cell[3][kMostLanes], axis[kMostLanes];
   int32_t grid[3][kMostLanes], leaf[kMostLanes], code[kMostLanes], word[kMostLanes];
-  uint32_t ray[kMostLanes];
 };
 
-struct Ended {
+/// Where the lanes come to, and, a bit each, which end where they stand.
+struct Stepped {
+  I cell[3], axis;
   uint32_t any, hit, missed;
 };
-
-constexpr uint32_t kNoRay = 0xffffffffu;
 
 /// The codes of all lanes, and where their words lie: asked for now, needed when the other groups have had their turn.
 HWY_INLINE void look_up(const BrickView& bricks, Lanes& lanes) {
@@ -185,27 +217,30 @@ HWY_INLINE void look_up(const BrickView& bricks, Lanes& lanes) {
   for (size_t lane = 0; lane < hn::Lanes(di); ++lane) __builtin_prefetch(bricks.words + lanes.word[lane]);
 }
 
-/// Where the codes of the lanes' cells lie.
-HWY_INLINE void find_leaves(const BrickView& bricks, Lanes& lanes, int from) {
+/// Puts the lanes where they have come to, and asks for the codes of their cells.
+HWY_INLINE void arrive(const BrickView& bricks, const I cell[3], I axis, Lanes& lanes) {
   const Ints di;
-  const I gx = hn::Xor(hn::Load(di, lanes.cell[from][0]), hn::Load(di, lanes.flip[0]));
-  const I gy = hn::Xor(hn::Load(di, lanes.cell[from][1]), hn::Load(di, lanes.flip[1]));
-  const I gz = hn::Xor(hn::Load(di, lanes.cell[from][2]), hn::Load(di, lanes.flip[2]));
-  hn::Store(gx, di, lanes.grid[0]), hn::Store(gy, di, lanes.grid[1]), hn::Store(gz, di, lanes.grid[2]);
-  const I column = hn::Add(hn::Mul(hn::ShiftRight<3>(gx), hn::Set(di, bricks.leaves_z)), hn::ShiftRight<3>(gz));
-  hn::Store(hn::Add(hn::Mul(column, hn::Set(di, bricks.leaves_y)), hn::ShiftRight<3>(gy)), di, lanes.leaf);
+  I at[3];
+  for (int a = 0; a < 3; ++a) {
+    at[a] = hn::Xor(cell[a], hn::Load(di, lanes.rows[kFlip + a]));
+    hn::Store(cell[a], di, lanes.cell[a]), hn::Store(at[a], di, lanes.grid[a]);
+  }
+  hn::Store(axis, di, lanes.axis);
+  const I column = hn::Add(hn::Mul(hn::ShiftRight<3>(at[0]), hn::Set(di, bricks.leaves_z)), hn::ShiftRight<3>(at[2]));
+  hn::Store(hn::Add(hn::Mul(column, hn::Set(di, bricks.leaves_y)), hn::ShiftRight<3>(at[1])), di, lanes.leaf);
 #pragma GCC unroll 16
   for (size_t lane = 0; lane < hn::Lanes(di); ++lane) __builtin_prefetch(bricks.codes + lanes.leaf[lane]);
 }
 
-/// One step of every lane, from cell[from] to cell[1 - from].
-HWY_INLINE Ended step(const BrickView& bricks, Lanes& lanes, int from) {
+/// One step of every lane.
+HWY_INLINE Stepped step(const BrickView& bricks, const Lanes& lanes) {
   const Floats df;
   const Ints di;
   const hn::RebindToUnsigned<Ints> du;
   const I one = hn::Set(di, 1), three = hn::Set(di, 3);
-  const I cx = hn::Load(di, lanes.cell[from][0]), cy = hn::Load(di, lanes.cell[from][1]),
-          cz = hn::Load(di, lanes.cell[from][2]);
+  const auto row = [&](int i) HWY_ATTR { return hn::Load(di, lanes.rows[i]); };
+  const auto number = [&](int i) HWY_ATTR { return hn::BitCast(df, hn::Load(di, lanes.rows[i])); };
+  const I cx = hn::Load(di, lanes.cell[0]), cy = hn::Load(di, lanes.cell[1]), cz = hn::Load(di, lanes.cell[2]);
   const I gx = hn::Load(di, lanes.grid[0]), gy = hn::Load(di, lanes.grid[1]), gz = hn::Load(di, lanes.grid[2]);
   const I code = hn::Load(di, lanes.code), word = gather(bricks.words, lanes.word);
   const I bit =
@@ -221,25 +256,25 @@ HWY_INLINE Ended step(const BrickView& bricks, Lanes& lanes, int from) {
   const I side = hn::And(code, hn::Set(di, int32_t(BrickVolume::kSide)));
   // Of rays upwards, the column of air around, if any; it has no far plane along y but the end of all. Bits of the
   // code that mean something else are no column: a mixed leaf's are negative, those of a cube no cap.
-  const I upwards = hn::Load(di, lanes.upwards), seven = hn::Set(di, 7);
+  const I upwards = row(kUpwards), seven = hn::Set(di, 7);
   const I cap = hn::Xor(hn::And(hn::And(code, upwards), hn::Set(di, int32_t(BrickVolume::kCap))),
                         hn::Set(di, int32_t(BrickVolume::kCapped)));
   const auto above_cap = hn::AndNot(hn::Lt(hn::And(gy, seven), cap), mixed);
   const I column = hn::IfThenElse(mixed, hn::IfThenElseZero(above_cap, seven),
                                   hn::And(hn::ShiftRight<BrickVolume::kColumnShift>(code), upwards));
   // A row of 4x1x4 goes further than a cube of 2^3: terrain lies flat.
-  const auto row = hn::Eq(hn::And(shifted(hn::And(bit, hn::Set(di, 4))), hn::Set(di, 0x0f0f0f0f)), hn::Zero(di));
-  const I my = hn::IfThenElse(mixed, hn::IfThenElse(row, half, pair), side);
-  const I mxz = hn::Max(hn::IfThenElse(mixed, hn::Or(pair, hn::IfThenElseZero(row, three)), side), column);
+  const auto flat = hn::Eq(hn::And(shifted(hn::And(bit, hn::Set(di, 4))), hn::Set(di, 0x0f0f0f0f)), hn::Zero(di));
+  const I my = hn::IfThenElse(mixed, hn::IfThenElse(flat, half, pair), side);
+  const I mxz = hn::Max(hn::IfThenElse(mixed, hn::Or(pair, hn::IfThenElseZero(flat, three)), side), column);
   const I lx = hn::Or(cx, mxz), lz = hn::Or(cz, mxz);
-  const I ly = hn::IfThenElse(hn::Gt(column, hn::Zero(di)), hn::Load(di, lanes.last[1]), hn::Or(cy, my));
+  const I ly = hn::IfThenElse(hn::Gt(column, hn::Zero(di)), row(kLast + 1), hn::Or(cy, my));
 
   // Its far planes, and which is crossed first.
-  const I bx = hn::Load(di, lanes.base[0]), by = hn::Load(di, lanes.base[1]), bz = hn::Load(di, lanes.base[2]);
-  const F ix = hn::Load(df, lanes.inverse[0]), iy = hn::Load(df, lanes.inverse[1]), iz = hn::Load(df, lanes.inverse[2]);
-  const F tx = hn::MulAdd(hn::ConvertTo(df, hn::Sub(lx, bx)), ix, hn::Load(df, lanes.beyond[0]));
-  const F ty = hn::MulAdd(hn::ConvertTo(df, hn::Sub(ly, by)), iy, hn::Load(df, lanes.beyond[1]));
-  const F tz = hn::MulAdd(hn::ConvertTo(df, hn::Sub(lz, bz)), iz, hn::Load(df, lanes.beyond[2]));
+  const I bx = row(kBase), by = row(kBase + 1), bz = row(kBase + 2);
+  const F ix = number(kInverse), iy = number(kInverse + 1), iz = number(kInverse + 2);
+  const F tx = hn::MulAdd(hn::ConvertTo(df, hn::Sub(lx, bx)), ix, number(kBeyond));
+  const F ty = hn::MulAdd(hn::ConvertTo(df, hn::Sub(ly, by)), iy, number(kBeyond + 1));
+  const F tz = hn::MulAdd(hn::ConvertTo(df, hn::Sub(lz, bz)), iz, number(kBeyond + 2));
   const F t = hn::Min(hn::Min(tx, ty), tz);
   const auto on_x = hn::Eq(tx, t);
   const auto on_y = hn::AndNot(on_x, hn::Eq(ty, t));
@@ -248,9 +283,9 @@ HWY_INLINE Ended step(const BrickView& bricks, Lanes& lanes, int from) {
   // Where that is on the other axes, and whether it is sure.
   const F inverse = hn::IfThenElse(on_x, ix, hn::IfThenElse(on_y, iy, iz));
   F off_x, off_y, off_z;
-  const I wx = cell_at(t, hn::Load(df, lanes.origin[0]), hn::Load(df, lanes.along[0]), bx, off_x);
-  const I wy = cell_at(t, hn::Load(df, lanes.origin[1]), hn::Load(df, lanes.along[1]), by, off_y);
-  const I wz = cell_at(t, hn::Load(df, lanes.origin[2]), hn::Load(df, lanes.along[2]), bz, off_z);
+  const I wx = cell_at(t, number(kOrigin), number(kAlong), bx, off_x);
+  const I wy = cell_at(t, number(kOrigin + 1), number(kAlong + 1), by, off_y);
+  const I wz = cell_at(t, number(kOrigin + 2), number(kAlong + 2), bz, off_z);
   const F off = hn::Max(hn::Max(hn::IfThenZeroElse(on_x, off_x), hn::IfThenZeroElse(on_y, off_y)),
                         hn::IfThenElseZero(on_xy, off_z));
   const auto unsure = hn::Not(hn::Lt(off, sure_distance(t, inverse)));
@@ -258,136 +293,117 @@ HWY_INLINE Ended step(const BrickView& bricks, Lanes& lanes, int from) {
   const auto minus = [&](hn::Mask<Floats> m) { return hn::VecFromMask(di, hn::RebindMask(di, m)); };
   const I nx = hn::Sub(hn::Min(wx, lx), minus(on_x)), ny = hn::Sub(hn::Min(wy, ly), minus(on_y)),
           nz = hn::Sub(hn::Min(wz, lz), hn::Not(minus(on_xy)));
-  const auto left = hn::Or(hn::Gt(nx, hn::Load(di, lanes.last[0])),
-                           hn::Or(hn::Gt(ny, hn::Load(di, lanes.last[1])), hn::Gt(nz, hn::Load(di, lanes.last[2]))));
-  const auto missed = hn::Or(left, hn::RebindMask(di, hn::Ge(t, hn::Load(df, lanes.t_limit))));
+  const auto left = hn::Or(hn::Gt(nx, row(kLast)), hn::Or(hn::Gt(ny, row(kLast + 1)), hn::Gt(nz, row(kLast + 2))));
+  const auto missed = hn::Or(left, hn::RebindMask(di, hn::Ge(t, number(kLimit))));
 
-  hn::Store(nx, di, lanes.cell[1 - from][0]);
-  hn::Store(ny, di, lanes.cell[1 - from][1]);
-  hn::Store(nz, di, lanes.cell[1 - from][2]);
-  hn::Store(hn::AndNot(minus(on_x), hn::Add(hn::Set(di, 2), minus(on_y))), di, lanes.axis[1 - from]);
-  Ended ended;
-  ended.hit = bits_of(di, hit);
-  ended.missed = bits_of(di, missed);
-  ended.any = ended.hit | ended.missed | bits_of(di, hn::RebindMask(di, unsure));
-  return ended;
+  Stepped stepped{{nx, ny, nz}, hn::AndNot(minus(on_x), hn::Add(hn::Set(di, 2), minus(on_y))), 0, 0, 0};
+  stepped.hit = bits_of(di, hit);
+  stepped.missed = bits_of(di, missed);
+  stepped.any = stepped.hit | stepped.missed | bits_of(di, hn::RebindMask(di, unsure));
+  return stepped;
 }
 
-/// Walks all rays to their ends, and says which must be walked in double: unsure[0..returned).
+/// Writes down what was hit.
+template <class Ray>
+void finish(const BrickView& bricks, const Ray* rays, GridHit* hits, HitRays& ended) {
+  for (size_t i = 0; i < ended.count; ++i) {
+    const size_t r = static_cast<size_t>(ended.ray[i]);
+    const Ray& ray = rays[r];
+    const bool started = ended.axis[i] < 0;
+    const int axis = started ? 0 : ended.axis[i];
+    const VoxelPos voxel = VoxelPos{ended.voxel[0][i], ended.voxel[1][i], ended.voxel[2][i]} + bricks.low;
+    // The exact t of the plane that was crossed.
+    const double direction = (&ray.direction.x)[axis];
+    const bool upwards = !(direction < 0);
+    const double plane = static_cast<double>((&voxel.x)[axis] + !upwards - (&ray.voxel.x)[axis]);
+    const double t = started ? 0 : (plane - (&ray.fraction.x)[axis]) * (1 / direction);
+    if (t <= ray.t_max) hits[r] = {WalkEnd::hit, voxel, started ? kNoFace : entered_face(axis, upwards), t};
+  }
+  ended.count = 0;
+}
+
+/// Walks all rays to their ends, and says which must be walked in double: unsure[0..returned), with room for a vector
+/// behind.
 template <class Ray>
 size_t walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t count, uint32_t* unsure, uint64_t& steps) {
   constexpr int kGroups = 4;
-  const size_t width = hn::Lanes(Ints());
+  const Ints di;
+  const size_t width = hn::Lanes(di);
+  const I none = hn::Set(di, -1);
   Lanes group[kGroups];
-  StreamRays ready;
-  ready.walks = 0;
-  size_t chunk = 0, chunk_end = 0, active = 0, unsure_count = 0;  // chunk: first ray of those made ready
-  const auto miss = [&](size_t i) { hits[i].end = WalkEnd::t_max, hits[i].face = kNoFace, hits[i].t = rays[i].t_max; };
-  const auto next_ray = [&]() -> uint32_t {
-    while (!ready.walks) {
-      if (chunk_end == count) return kNoRay;
-      chunk = chunk_end;
-      chunk_end = std::min(chunk + kChunk, count);
-      load_chunk(bricks, rays + chunk, chunk_end - chunk, ready);
-      prefetch_records(rays + chunk_end, kChunk);
-      const size_t given = chunk_end - chunk;
-      prepare(bricks, ready, given);
-      uint64_t none = ~(ready.walks | ready.unsure) & (given == 64 ? ~0ull : (1ull << given) - 1);
-      for (; none; none &= none - 1) miss(chunk + static_cast<size_t>(std::countr_zero(none)));
-      for (uint64_t left = ready.unsure; left; left &= left - 1)
-        unsure[unsure_count++] = static_cast<uint32_t>(chunk + static_cast<size_t>(std::countr_zero(left)));
+  ReadyRays ready;
+  HitRays ended;
+  size_t next = 0, active = 0, unsure_count = 0;
+  // So that `ready` holds a vector at least.
+  const auto make_ready = [&]() HWY_ATTR {
+    for (auto& row : ready.rows) hn::StoreU(hn::LoadU(di, row + ready.begin), di, row);
+    ready.end -= ready.begin, ready.begin = 0;
+    while (ready.end < width && next < count) {
+      const size_t chunk_end = std::min(next + kChunk, count), had = ready.end;
+      prefetch_records(rays + chunk_end, std::min(kChunk, count - chunk_end));
+      for (size_t i = next; i < chunk_end; ++i) hits[i] = {WalkEnd::t_max, {}, kNoFace, rays[i].t_max};
+      for (; next < chunk_end; next += width) {
+        const size_t given = std::min(width, chunk_end - next);
+        prepare(bricks, load_rays(bricks, rays + next, given), static_cast<uint32_t>(next), given, ready, unsure,
+                unsure_count);
+      }
+      next = chunk_end;
+      active += ready.end - had;
     }
-    const uint32_t i = static_cast<uint32_t>(std::countr_zero(ready.walks));
-    ready.walks &= ready.walks - 1;
-    return i;
-  };
-  const auto put = [&](Lanes& lanes, size_t lane, int to, uint32_t i) {
-    lanes.ray[lane] = static_cast<uint32_t>(chunk) + i;
-    for (int a = 0; a < 3; ++a) {
-      lanes.origin[a][lane] = ready.origin[a][i];
-      lanes.along[a][lane] = ready.along[a][i];
-      lanes.inverse[a][lane] = ready.inverse[a][i];
-      lanes.beyond[a][lane] = ready.beyond[a][i];
-      lanes.base[a][lane] = ready.base[a][i];
-      lanes.flip[a][lane] = ready.flip[a][i];
-      lanes.last[a][lane] = ready.last[a][i];
-      lanes.cell[to][a][lane] = ready.base[a][i];
+    if (ready.end < width) {
+      for (auto& row : ready.rows) hn::StoreU(hn::Zero(di), di, row + ready.end);
+      hn::StoreU(none, di, ready.rows[kRay] + ready.end);
+      hn::StoreU(hn::BitCast(di, hn::Set(Floats(), -std::numeric_limits<float>::infinity())), di,
+                 ready.rows[kLimit] + ready.end);
+      ready.end += width;
     }
-    lanes.upwards[lane] = ~ready.flip[1][i] & static_cast<int32_t>(BrickVolume::kSide);
-    lanes.t_limit[lane] = ready.t_limit[i];
-    lanes.axis[to][lane] = -1;
   };
-  // A lane without a ray stands in the first cell and misses at each step.
-  const auto rest = [&](Lanes& lanes, size_t lane, int to) {
-    for (int a = 0; a < 3; ++a) lanes.cell[to][a][lane] = 0, lanes.flip[a][lane] = 0;
-    lanes.t_limit[lane] = -std::numeric_limits<float>::infinity();
-    lanes.ray[lane] = kNoRay;
+  // New rays for the lanes of `bits`.
+  const auto refill = [&](Lanes& lanes, uint32_t bits, I cell[3], I& axis) HWY_ATTR {
+    if (ready.end - ready.begin < width) make_ready();
+    const Expander expand(bits);
+#pragma GCC unroll 24
+    for (int row = 0; row < kRayRows; ++row)
+      hn::Store(expand.load(ready.rows[row] + ready.begin, hn::Load(di, lanes.rows[row])), di, lanes.rows[row]);
+    for (int a = 0; a < 3; ++a) cell[a] = hn::IfThenElse(expand.mask(), hn::Load(di, lanes.rows[kBase + a]), cell[a]);
+    axis = hn::IfThenElse(expand.mask(), none, axis);
+    ready.begin += expand.count();
   };
   for (Lanes& lanes : group) {
-    for (size_t lane = 0; lane < width; ++lane) {
-      for (int a = 0; a < 3; ++a) {
-        lanes.origin[a][lane] = lanes.along[a][lane] = lanes.inverse[a][lane] = lanes.beyond[a][lane] = 0;
-        lanes.base[a][lane] = lanes.last[a][lane] = 0;
-      }
-      lanes.upwards[lane] = 0;
-      const uint32_t ray = next_ray();
-      if (ray == kNoRay)
-        rest(lanes, lane, 0);
-      else
-        put(lanes, lane, 0, ray), ++active;
-    }
-    find_leaves(bricks, lanes, 0);
+    I cell[3] = {none, none, none}, axis = none;
+    for (auto& row : lanes.rows) hn::Store(none, di, row);
+    refill(lanes, (1u << width) - 1, cell, axis);
+    arrive(bricks, cell, axis, lanes);
   }
-  int from = 0;
-  const auto refill = [&](Lanes& lanes, const Ended& ended) {
-    for (uint32_t left = ended.any; left; left &= left - 1) {
-      const size_t lane = static_cast<size_t>(std::countr_zero(left));
-      const uint32_t i = lanes.ray[lane];
-      if (i == kNoRay) {
-        rest(lanes, lane, 1 - from);
-        continue;
-      }
-      if (ended.hit >> lane & 1) {
-        // The exact t of the plane that was crossed.
-        const Ray& ray = rays[i];
-        const int axis = lanes.axis[from][lane], along = axis < 0 ? 0 : axis;
-        const int32_t flip = lanes.flip[along][lane];
-        int32_t voxel[3];
-        for (int a = 0; a < 3; ++a) voxel[a] = (lanes.cell[from][a][lane] ^ lanes.flip[a][lane]) + (&bricks.low.x)[a];
-        const double plane = static_cast<double>(voxel[along] - flip - (&ray.voxel.x)[along]);
-        const double direction = (&ray.direction.x)[along];
-        const double t = axis < 0 ? 0 : (plane - (&ray.fraction.x)[along]) * (1 / direction);
-        if (t <= ray.t_max)
-          hits[i] = {
-              WalkEnd::hit, {voxel[0], voxel[1], voxel[2]}, axis < 0 ? kNoFace : entered_face(along, flip == 0), t};
-        else
-          miss(i);
-      } else if (ended.missed >> lane & 1) {
-        miss(i);
-      } else {
-        unsure[unsure_count++] = i;
-      }
-      const uint32_t fresh = next_ray();
-      if (fresh != kNoRay) {
-        put(lanes, lane, 1 - from, fresh);
-      } else {
-        rest(lanes, lane, 1 - from);
-        --active;
-      }
-    }
-  };
   while (active) {
     for (Lanes& lanes : group) look_up(bricks, lanes);
-    for (int g = 0; g < kGroups; ++g) {
-      const Ended ended = step(bricks, group[g], from);
-      if (ended.any) refill(group[g], ended);
-      // A group later: single lanes that were just written can't be read as vectors before they are in the cache.
-      if (g > 0) find_leaves(bricks, group[g - 1], 1 - from);
+    for (Lanes& lanes : group) {
+      Stepped to = step(bricks, lanes);
+      if (to.any) {
+        // Else g++ keeps what the step has read for the refill: a store and a load more for each row, at each step.
+        std::atomic_signal_fence(std::memory_order_seq_cst);
+        const I ray = hn::Load(di, lanes.rows[kRay]);
+        const uint32_t real = to.any & ~bits_of(di, hn::Lt(ray, hn::Zero(di)));
+        active -= hwy::PopCount(real);
+        if (const uint32_t hit = to.hit & real) {
+          const Compressor compress(hit);
+          compress.store(ray, ended.ray + ended.count);
+          for (int a = 0; a < 3; ++a) compress.store(hn::Load(di, lanes.grid[a]), ended.voxel[a] + ended.count);
+          compress.store(hn::Load(di, lanes.axis), ended.axis + ended.count);
+          ended.count += compress.count();
+          if (ended.count >= HitRays::kSize) finish(bricks, rays, hits, ended);
+        }
+        if (const uint32_t left = real & ~(to.hit | to.missed)) {
+          Compressor(left).store(ray, reinterpret_cast<int32_t*>(unsure) + unsure_count);
+          unsure_count += hwy::PopCount(left);
+        }
+        refill(lanes, to.any, to.cell, to.axis);
+      }
+      arrive(bricks, to.cell, to.axis, lanes);
     }
-    find_leaves(bricks, group[kGroups - 1], 1 - from);
     steps += kGroups;
-    from = 1 - from;
   }
+  finish(bricks, rays, hits, ended);
   return unsure_count;
 }
 
@@ -451,7 +467,7 @@ void RayStream::walk_all(std::span<const Ray> rays, std::span<GridHit> hits, Str
     for (size_t i = 0; i < rays.size(); ++i) hits[i] = walker_.first_set(rays[i]);
     done.exact = rays.size();
   } else {
-    uint32_t unsure[kSlice];
+    uint32_t unsure[kSlice + 16];
     for (size_t begin = 0; begin < rays.size(); begin += kSlice) {
       const size_t count = std::min(kSlice, rays.size() - begin);
       const size_t again = walk_lanes(rays.subspan(begin, count), hits.data() + begin, unsure, done);

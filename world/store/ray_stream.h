@@ -81,7 +81,10 @@ class RayStream {
   template <class Ray>
   void walk_rest(struct RestOfRays& rest, std::span<const Ray> rays, std::span<GridHit> hits,
                  StreamReport& report) const;
-  /// Up to 64 rays; returns those, a bit each, that must go on in lanes.
+  /// Loads rays into packets of 64 each, which pass together what is empty for all of them.
+  template <class Ray>
+  void frame_packets(struct Packet* packets, std::span<const Ray> rays) const;
+  /// The up to 64 rays of a packet; returns those, a bit each, that must go on in lanes.
   template <class Ray>
   uint64_t first_set_packet(struct Packet& packet, struct SliceCache& cache, std::span<const Ray> rays,
                             std::span<GridHit> hits, StreamReport& report) const;
