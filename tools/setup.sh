@@ -7,6 +7,7 @@ packages=(
   g++ cmake ninja-build ccache pkg-config git                            # to build
   libopenvdb-dev libboost-dev libboost-iostreams-dev libblosc-dev        # sparse trees, and what their headers need
   libtbb-dev libimath-dev zlib1g-dev
+  libdeflate-dev                                                         # zlib and gzip streams, four times as fast
   libglm-dev libfmt-dev libhwy-dev libtomlplusplus-dev                   # vectors, text, SIMD, scene files
   libsqlite3-dev libzstd-dev libxxhash-dev                               # saves
   libembree-dev                                                          # rays that meet triangle meshes

@@ -1,5 +1,6 @@
 #include "world/formats/archive/inflate.h"
 
+#include <libdeflate.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -13,12 +14,16 @@ namespace {
 constexpr size_t kFirstCapacity = 256 << 10;
 constexpr size_t kMostPiece = size_t{1} << 30;  // zlib counts in 32 bits
 constexpr int kZlibOrGzip = MAX_WBITS + 32;
+constexpr const char* kTooMuchInAll =
+    "is part of a file that inflates to more than one of its size ever does; it is damaged or made to harm";
 
 }  // namespace
 
 struct Inflater::Stream {
   z_stream z{};
   bool ready = false;
+  std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> whole{
+      libdeflate_alloc_decompressor(), libdeflate_free_decompressor};
 };
 
 Inflater::Inflater(MemoryBudget& budget) : budget_(budget), stream_(std::make_unique<Stream>()) {
@@ -45,20 +50,50 @@ bool Inflater::grow(size_t wanted) {
   return true;
 }
 
+bool Inflater::grow_for(size_t packed, uint64_t limit) {
+  // Twice as much each time, but never beyond what is allowed.
+  const uint64_t wanted = std::max<uint64_t>({kFirstCapacity, packed * uint64_t{2}, capacity_ * uint64_t{2}});
+  const uint64_t allowed = std::min(limit, capacity_ + budget_.left());
+  return allowed > capacity_ && grow(static_cast<size_t>(std::min(wanted, allowed)));
+}
+
+std::optional<size_t> Inflater::inflate_whole(std::span<const uint8_t> packed, uint64_t limit, size_t* used) {
+  const bool gzip = looks_like_gzip(packed);
+  if (!stream_->whole || (!gzip && !looks_like_zlib(packed))) return {};
+  const auto decompress = gzip ? libdeflate_gzip_decompress_ex : libdeflate_zlib_decompress_ex;
+  if (capacity_ == 0 && !grow_for(packed.size(), limit)) return {};
+  for (;;) {
+    const size_t room = static_cast<size_t>(std::min<uint64_t>(capacity_, limit));
+    size_t taken = 0, made = 0;
+    const libdeflate_result code =
+        decompress(stream_->whole.get(), packed.data(), packed.size(), bytes_, room, &taken, &made);
+    if (code == LIBDEFLATE_SUCCESS) {
+      if (used) *used = taken;
+      return made;
+    }
+    // Beginning again with twice the room makes at most twice the bytes in all, still in half of zlib's time.
+    if (code != LIBDEFLATE_INSUFFICIENT_SPACE || !grow_for(packed.size(), limit)) return {};
+  }
+}
+
 Result<std::span<const uint8_t>> Inflater::inflate(std::span<const uint8_t> packed, uint64_t limit, size_t* used) {
+  if (const auto made = inflate_whole(packed, limit, used)) {
+    if (budget_.inflated(*made)) return std::span<const uint8_t>(bytes_, *made);
+    return input_error(kTooMuchInAll);
+  }
+  return inflate_by_pieces(packed, limit, used);
+}
+
+Result<std::span<const uint8_t>> Inflater::inflate_by_pieces(std::span<const uint8_t> packed, uint64_t limit,
+                                                             size_t* used) {
   z_stream& z = stream_->z;
   if (!stream_->ready || inflateReset2(&z, kZlibOrGzip) != Z_OK) return input_error("no memory is left to inflate");
   size_t done = 0, taken = 0;
   for (;;) {
-    if (done == capacity_ || capacity_ == 0) {
-      // Twice as much each time, but never beyond what is allowed.
-      const uint64_t wanted = std::max<uint64_t>({kFirstCapacity, packed.size() * 2, capacity_ * uint64_t{2}});
-      const uint64_t allowed = std::min(limit, capacity_ + budget_.left());
-      if (allowed <= done || !grow(static_cast<size_t>(std::min(wanted, allowed)))) {
-        return input_error(fmt::format(
-            "inflates to more than {} bytes, which a file of this size never needs; it is damaged or made to harm",
-            done));
-      }
+    if (done == capacity_ && !grow_for(packed.size(), limit)) {
+      return input_error(fmt::format(
+          "inflates to more than {} bytes, which a file of this size never needs; it is damaged or made to harm",
+          done));
     }
     const size_t in = std::min(packed.size() - taken, kMostPiece);
     const size_t out = std::min<size_t>(std::min<uint64_t>(capacity_, limit) - done, kMostPiece);
@@ -70,10 +105,7 @@ Result<std::span<const uint8_t>> Inflater::inflate(std::span<const uint8_t> pack
     const size_t ate = in - z.avail_in, made = out - z.avail_out;
     taken += ate;
     done += made;
-    if (!budget_.inflated(made)) {
-      return input_error(
-          "is part of a file that inflates to more than one of its size ever does; it is damaged or made to harm");
-    }
+    if (!budget_.inflated(made)) return input_error(kTooMuchInAll);
     if (code == Z_STREAM_END) break;
     if (code != Z_OK && code != Z_BUF_ERROR) {
       return input_error(fmt::format("its compressed data is damaged after {} of {} bytes ({})", taken, packed.size(),

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -11,7 +12,9 @@
 
 namespace world {
 
-/// Inflates one stream after another into a buffer of its own that grows as needed and is used again.
+/// Inflates one stream after another into a buffer of its own that grows as needed and is used again. Sound streams go
+/// through libdeflate, which is given the whole and is four times as fast; what it refuses goes through zlib, a piece
+/// at a time, whose words say what is wrong and where.
 class Inflater {
  public:
   explicit Inflater(MemoryBudget& budget);
@@ -26,6 +29,9 @@ class Inflater {
 
  private:
   bool grow(size_t wanted);
+  bool grow_for(size_t packed, uint64_t limit);
+  std::optional<size_t> inflate_whole(std::span<const uint8_t> packed, uint64_t limit, size_t* used);
+  Result<std::span<const uint8_t>> inflate_by_pieces(std::span<const uint8_t> packed, uint64_t limit, size_t* used);
   struct Stream;
   MemoryBudget& budget_;
   std::unique_ptr<Stream> stream_;

@@ -1,8 +1,9 @@
 #include "world/formats/archive/zip.h"
 
-#include <zlib.h>
+#include <libdeflate.h>
 
 #include <algorithm>
+#include <memory>
 
 #include "world/formats/bytes.h"
 
@@ -14,16 +15,10 @@ constexpr size_t kEndBytes = 22, kMaxComment = 65535, kDirectoryBytes = 46;
 
 /// Raw deflate of exactly out.size() bytes; false on any difference.
 bool inflate_exactly(std::span<const uint8_t> packed, std::span<uint8_t> out) {
-  z_stream stream{};
-  if (inflateInit2(&stream, -MAX_WBITS) != Z_OK) return false;
-  stream.next_in = const_cast<Bytef*>(packed.data());
-  stream.avail_in = static_cast<uInt>(packed.size());
-  stream.next_out = out.data();
-  stream.avail_out = static_cast<uInt>(out.size());
-  const int code = inflate(&stream, Z_FINISH);
-  const bool whole = code == Z_STREAM_END && stream.avail_out == 0;
-  inflateEnd(&stream);
-  return whole;
+  const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> inflater(
+      libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
+  return inflater && libdeflate_deflate_decompress(inflater.get(), packed.data(), packed.size(), out.data(), out.size(),
+                                                   nullptr) == LIBDEFLATE_SUCCESS;
 }
 
 }  // namespace
@@ -104,7 +99,7 @@ Result<std::vector<uint8_t>> extract_zip(std::span<const uint8_t> bytes, const Z
   } else if (!inflate_exactly(packed, content)) {
     return fail("the compressed data of the entry are damaged, or don't have the size that it claims");
   }
-  if (crc32(0, content.data(), static_cast<uInt>(content.size())) != entry.crc) {
+  if (libdeflate_crc32(0, content.data(), content.size()) != entry.crc) {
     return fail("the checksum (CRC) of the entry does not match its content; the file is damaged");
   }
   return content;
