@@ -3,6 +3,7 @@
 #include <new>
 
 #include "world/store/grid_stream.h"
+#include "world/store/int32_stream.h"
 
 namespace world {
 
@@ -37,10 +38,11 @@ Result<RegionBuilder> builder_from_int32(const Int32Tree& tree, RegionPos pos, s
 Result<std::string> encode_leaves(RegionPos pos, RegionLeaves leaves, StreamCompression compression) {
   initialize_openvdb();
   try {
+    if (compression == StreamCompression::none) return int32_stream(pos, leaves);
     auto tree = std::make_shared<Int32Tree>(kAir);
     add_region_ids(*tree, pos, leaves);
     auto grid = openvdb::Int32Grid::create(tree);
-    grid->setName("block_id");
+    grid->setName(kBlockGridName);
     return stream_bytes(grid, compression);
   } catch (const std::bad_alloc&) {
     throw;

@@ -3,6 +3,8 @@
 #include <cstring>
 #include <mutex>
 
+#include "world/store/occupied_mask.h"
+
 template class openvdb::tree::Tree<LoamBlockTree::RootNodeType>;
 
 namespace world {
@@ -116,19 +118,9 @@ void write_leaf(RegionNode& node, LeafPos l, const BlockId* values) {
     node.addChild(leaf);
   }
   std::memcpy(leaf->buffer().data(), values, kLeafVoxels * sizeof(BlockId));
+  const LeafMask occupied = occupied_mask(values);
   BlockLeaf::NodeMaskType active;
-  for (int w = 0; w < 8; ++w) {
-    uint64_t bits = 0;
-    for (int b = 0; b < 64; b += 4) {
-      // Four at a time: the top bit of each 16 says "not air", and a product moves the four bits together.
-      uint64_t four;
-      std::memcpy(&four, values + w * 64 + b, sizeof four);
-      constexpr uint64_t kTop = 0x8000800080008000ull;
-      const uint64_t any = (((four & ~kTop) + ~kTop) | four) & kTop;
-      bits |= ((any >> 15) * 0x0001000200040008ull >> 48 & 15) << b;
-    }
-    active.getWord<uint64_t>(static_cast<openvdb::Index>(w)) = bits;
-  }
+  for (openvdb::Index w = 0; w < 8; ++w) active.getWord<uint64_t>(w) = occupied.word[w];
   leaf->setValueMask(active);
 }
 
