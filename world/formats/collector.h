@@ -1,14 +1,18 @@
 /// Gathers voxels in any order, then hands them to a store region by region. For importers.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <map>
 #include <memory>
+#include <optional>
 #include <unordered_map>
 #include <unordered_set>
 #include <vector>
 
+#include "world/base/jobs.h"
 #include "world/formats/archive/budget.h"
+#include "world/store/occupied_mask.h"
 #include "world/store/store.h"
 
 namespace world {
@@ -21,38 +25,57 @@ class VoxelCollector {
   /// `budget`, where there is one, gives the memory of leaves and regions.
   explicit VoxelCollector(MemoryBudget* budget = nullptr) : budget_(budget) {}
 
+  using Blocks = std::array<BlockId, kLeafVoxels>;
+
   /// The last write of a voxel wins. False where there would be more than kMaxLeaves leaves, or no memory for another;
   /// nothing is written then.
   bool set(VoxelPos v, BlockId block) {
     const LeafPos l = leaf_from_voxel(v);
     if (!last_ || last_pos_ != l) {
-      auto found = leaves_.find(l);
-      if (found == leaves_.end()) {
-        if (leaves_.size() >= kMaxLeaves || !room_for(l)) return false;
-        found = leaves_.emplace(l, std::make_unique<Blocks>()).first;
-      }
-      last_ = found->second.get();
+      Blocks* const blocks = leaf(l);
+      if (!blocks) return false;
+      last_ = blocks;
       last_pos_ = l;
     }
-    BlockId& at = (*last_)[static_cast<size_t>(index_in_leaf(v))];
-    distinct_ += (at == kAir) - (block == kAir);
-    at = block;
+    (*last_)[static_cast<size_t>(index_in_leaf(v))] = block;
     return true;
   }
-  /// Voxels that are not air now.
-  uint64_t distinct() const { return distinct_; }
+  /// The blocks of a leaf, by index_in_leaf, to be written to; they stay where they are. Null where set() would be
+  /// false.
+  Blocks* leaf(LeafPos l) {
+    auto found = leaves_.find(l);
+    if (found == leaves_.end()) {
+      if (leaves_.size() >= kMaxLeaves || !room_for(l)) return nullptr;
+      found = leaves_.emplace(l, std::make_unique<Blocks>()).first;
+    }
+    return found->second.get();
+  }
+  /// Voxels that are not air now; looks at each.
+  uint64_t distinct() const {
+    uint64_t n = 0;
+    for (const auto& [l, blocks] : leaves_) n += static_cast<uint64_t>(occupied_mask(blocks->data()).count());
+    return n;
+  }
 
   /// Moves everything into the store; the regions touched are replaced. Leaves this empty.
   void move_into(Store& store) {
-    std::map<RegionPos, std::vector<LeafPos>> regions;
-    for (const auto& [l, blocks] : leaves_) regions[region_from_leaf(l)].push_back(l);
-    for (const auto& [r, leaves] : regions) {
-      RegionBuilder region(r);
-      for (const LeafPos l : leaves) {
-        region.set_leaf(index_in_region(l), *leaves_[l]);
-        leaves_.erase(l);
+    std::map<RegionPos, std::vector<LeafPos>> by_region;
+    for (const auto& [l, blocks] : leaves_) by_region[region_from_leaf(l)].push_back(l);
+    const std::vector<std::pair<RegionPos, std::vector<LeafPos>>> regions(by_region.begin(), by_region.end());
+    // Some at a time: what has been built is let go of before the next are.
+    constexpr size_t kBatch = 16;
+    for (size_t first = 0; first < regions.size(); first += kBatch) {
+      const size_t n = std::min(kBatch, regions.size() - first);
+      std::vector<std::optional<RegionBuilder>> built(n);
+      parallel_for(n, [&](size_t i) {
+        const auto& [r, leaves] = regions[first + i];
+        built[i].emplace(r);
+        for (const LeafPos l : leaves) built[i]->set_leaf(index_in_region(l), *leaves_.find(l)->second);
+      });
+      for (size_t i = 0; i < n; ++i) {
+        for (const LeafPos l : regions[first + i].second) leaves_.erase(l);
+        store.adopt(std::move(*built[i]));
       }
-      store.adopt(std::move(region));
     }
     *this = VoxelCollector(budget_);
   }
@@ -65,13 +88,11 @@ class VoxelCollector {
     return budget_->take(kLeafBytes + (new_region ? kRegionBytes : 0));
   }
 
-  using Blocks = std::array<BlockId, kLeafVoxels>;
   std::unordered_map<LeafPos, std::unique_ptr<Blocks>, PosHash> leaves_;
   std::unordered_set<RegionPos, PosHash> regions_;  // kept only with a budget
   MemoryBudget* budget_ = nullptr;
   Blocks* last_ = nullptr;
   LeafPos last_pos_;
-  uint64_t distinct_ = 0;
 };
 
 }  // namespace world

@@ -23,6 +23,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <variant>
 
 #include <fmt/format.h>
 
@@ -210,6 +211,71 @@ void add_facts(const vox::File& file, const std::vector<vox::Instance>& all, Imp
   }
 }
 
+void count_colours(std::span<const vox::Voxel> voxels, std::array<uint64_t, 256>& used) {
+  // Four tables: neighbours are often alike, and additions to one counter wait for each other.
+  std::array<std::array<uint64_t, 256>, 4> table{};
+  for (size_t i = 0; i < voxels.size(); ++i) ++table[i & 3][voxels[i].colour];
+  for (size_t c = 0; c < 256; ++c) used[c] += table[0][c] + table[1][c] + table[2][c] + table[3][c];
+}
+
+/// From the file's axes, z up, to the world's.
+VoxelPos world_from_cell(const std::array<int64_t, 3>& cell) {
+  return {static_cast<int32_t>(cell[0]), static_cast<int32_t>(cell[2]), static_cast<int32_t>(-cell[1] - 1)};
+}
+bool inside_border(const std::array<int64_t, 3>& cell) {
+  return std::max({std::abs(cell[0]), std::abs(cell[1]), std::abs(cell[2])}) < int64_t{kWorldBorder};
+}
+
+/// Puts the voxels of an instance into the collector: true, or false where that has no room, or the first cell that
+/// lies outside of the world.
+std::variant<bool, std::array<int64_t, 3>> place(const vox::Instance& instance, const vox::Model& model,
+                                                 const std::array<BlockId, 256>& block_of, VoxelCollector& collector) {
+  const std::array<int32_t, 3>& size = model.size;
+  const auto cell = [&](const vox::Voxel& v) { return vox::cell(instance.transform, model, v); };
+  const bool empty = std::min({size[0], size[1], size[2]}) == 0;
+  const auto last = [&](size_t axis) { return static_cast<uint8_t>(empty ? 0 : size[axis] - 1); };
+  const std::array<int64_t, 3> corners[2] = {cell({0, 0, 0, 0}), cell({last(0), last(1), last(2), 0})};
+  // Tables pay off beyond some thousand voxels.
+  if (model.voxels.size() < 4096 || !inside_border(corners[0]) || !inside_border(corners[1])) {
+    for (const vox::Voxel& v : model.voxels) {
+      if (v.colour == 0) continue;
+      const auto at = cell(v);
+      if (!inside_border(at)) return at;
+      if (!collector.set(world_from_cell(at), block_of[v.colour])) return false;
+    }
+    return true;
+  }
+  // Each coordinate of the model runs along one axis of the world. So the leaf of a voxel, among those that the model
+  // may touch, and the voxel's place in it are sums of what each coordinate adds: leaf << 9 | index_in_leaf.
+  const VoxelPos a = world_from_cell(corners[0]), b = world_from_cell(corners[1]);
+  const LeafPos low = leaf_from_voxel({std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)});
+  const LeafPos high = leaf_from_voxel({std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)});
+  const VoxelPos extent{high.x - low.x + 1, high.y - low.y + 1, high.z - low.z + 1};
+  const auto key = [&](VoxelPos v) {
+    const LeafPos l = leaf_from_voxel(v) - low;
+    return static_cast<uint32_t>(((l.x * extent.y + l.y) * extent.z + l.z) << 9 | index_in_leaf(v));
+  };
+  std::array<std::array<uint32_t, 256>, 3> adds{};
+  for (size_t axis = 0; axis < 3; ++axis)
+    for (int k = 0; k < size[axis]; ++k) {
+      const auto c = static_cast<uint8_t>(k);
+      const vox::Voxel v{axis == 0 ? c : uint8_t{0}, axis == 1 ? c : uint8_t{0}, axis == 2 ? c : uint8_t{0}, 0};
+      adds[axis][c] = key(world_from_cell(cell(v))) - (axis == 0 ? 0 : key(a));
+    }
+  std::vector<VoxelCollector::Blocks*> leaves(static_cast<size_t>(extent.x * extent.y * extent.z), nullptr);
+  for (const vox::Voxel& v : model.voxels) {
+    if (v.colour == 0) continue;
+    const uint32_t at = adds[0][v.x] + adds[1][v.y] + adds[2][v.z];
+    VoxelCollector::Blocks*& blocks = leaves[at >> 9];
+    if (!blocks) {
+      blocks = collector.leaf(leaf_from_voxel(world_from_cell(cell(v))));
+      if (!blocks) return false;
+    }
+    (*blocks)[at & 511] = block_of[v.colour];
+  }
+  return true;
+}
+
 }  // namespace
 
 Result<World> world_from_vox(const vox::File& file, const std::string& name, const ImportOptions& options,
@@ -228,7 +294,7 @@ Result<World> world_from_vox(const vox::File& file, const std::string& name, con
   std::array<uint64_t, 256> used{};
   for (const vox::Instance& instance : all) {
     if (options.visible_only && instance.hidden) continue;
-    for (const vox::Voxel& v : file.models[static_cast<size_t>(instance.model)].voxels) ++used[v.colour];
+    count_colours(file.models[static_cast<size_t>(instance.model)].voxels, used);
   }
   std::array<BlockId, 256> block_of{};
   std::map<std::string, int> types;
@@ -267,20 +333,15 @@ Result<World> world_from_vox(const vox::File& file, const std::string& name, con
   for (const vox::Instance& instance : all) {
     if (options.visible_only && instance.hidden) continue;
     const vox::Model& model = file.models[static_cast<size_t>(instance.model)];
-    for (const vox::Voxel& v : model.voxels) {
-      if (v.colour == 0) continue;
-      const auto [x, y, z] = vox::cell(instance.transform, model, v);
-      const int64_t limit = kWorldBorder;
-      if (std::max({std::abs(x), std::abs(y), std::abs(z)}) >= limit) {
-        return input_error(
-            fmt::format("{}: the part '{}' lies at ({}, {}, {}), outside of the world's border of {} voxels", name,
-                        printable(instance.name), x, y, z, limit));
-      }
-      const VoxelPos at{static_cast<int32_t>(x), static_cast<int32_t>(z), static_cast<int32_t>(-y - 1)};
-      if (!collector.set(at, block_of[v.colour])) {
-        return input_error(fmt::format(
-            "{}: its voxels are scattered over more cubes of 8 x 8 x 8 than a file of this size ever needs", name));
-      }
+    const auto placed = place(instance, model, block_of, collector);
+    if (const auto* outside = std::get_if<std::array<int64_t, 3>>(&placed)) {
+      return input_error(
+          fmt::format("{}: the part '{}' lies at ({}, {}, {}), outside of the world's border of {} voxels", name,
+                      printable(instance.name), (*outside)[0], (*outside)[1], (*outside)[2], int64_t{kWorldBorder}));
+    }
+    if (!std::get<bool>(placed)) {
+      return input_error(fmt::format(
+          "{}: its voxels are scattered over more cubes of 8 x 8 x 8 than a file of this size ever needs", name));
     }
   }
   report.facts.emplace_back("distinct voxels", std::to_string(collector.distinct()));

@@ -1,6 +1,7 @@
 #include "world/formats/vox.h"
 
 #include <algorithm>
+#include <random>
 #include <set>
 
 #include <fmt/format.h>
@@ -52,7 +53,7 @@ Bytes join(std::initializer_list<Bytes> parts) {
   for (const Bytes& part : parts) put(out, part);
   return out;
 }
-Bytes model(int sx, int sy, int sz, std::initializer_list<std::array<int, 4>> voxels) {
+Bytes model(int sx, int sy, int sz, const std::vector<std::array<int, 4>>& voxels) {
   Bytes content = ints({static_cast<int64_t>(voxels.size())});
   for (const auto& v : voxels) {
     for (const int b : v) content.push_back(static_cast<uint8_t>(b));
@@ -91,7 +92,7 @@ void expect_failure(const Bytes& bytes, const std::string& words) {
 // ---- facts of real files --------------------------------------------------------------------------------------
 
 std::string model_crc(const vox::Model& model) {
-  std::vector<vox::Voxel> sorted = model.voxels;
+  std::vector<vox::Voxel> sorted(model.voxels.begin(), model.voxels.end());
   std::sort(sorted.begin(), sorted.end(),
             [](const vox::Voxel& a, const vox::Voxel& b) { return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x); });
   uLong crc = crc32(0, nullptr, 0);
@@ -249,6 +250,39 @@ TEST(Vox, ATransformTurnsAboutTheMiddleOfTheModel) {
     ASSERT_TRUE(placed) << placed.error().message;
     EXPECT_EQ(vox::cell(placed->front().transform, file->models[0], file->models[0].voxels[0]), expected) << r;
   }
+}
+
+TEST(Vox, EveryTurnAndMirrorOfALargeModelPutsEachVoxelInItsCell) {
+  std::mt19937 random(11);
+  std::vector<std::array<int, 4>> voxels;
+  for (int i = 0; i < 6000; ++i)
+    voxels.push_back({static_cast<int>(random() % 40), static_cast<int>(random() % 33), static_cast<int>(random() % 17),
+                      static_cast<int>(random() % 5)});
+  int turns = 0;
+  for (int bits = 0; bits < 128; ++bits) {
+    const int first = bits & 3, second = bits >> 2 & 3;
+    if (first == 3 || second == 3 || first == second) continue;
+    ++turns;
+    const Bytes bytes =
+        vox_file(join({model(40, 33, 17, voxels), transform_node(0, 1, {{"_r", std::to_string(bits)}}),
+                       group_node(1, {2}), transform_node(2, 3, {{"_t", "-3 1005 -77"}}), shape_node(3, 0)}));
+    const auto file = vox::parse(bytes, "a");
+    ASSERT_TRUE(file) << file.error().message;
+    const auto placed = vox::instances(*file, "a", -1);
+    ASSERT_TRUE(placed) << placed.error().message;
+    std::map<VoxelPos, int> expected;  // of voxels that lie at one place, the last counts; colour 0 is none
+    for (const vox::Voxel& v : file->models[0].voxels) {
+      const auto [x, y, z] = vox::cell(placed->front().transform, file->models[0], v);
+      if (v.colour) expected[{static_cast<int>(x), static_cast<int>(z), static_cast<int>(-y - 1)}] = v.colour;
+    }
+    ImportReport report;
+    const World world = world_from_vox(*file, "a", {}, report).value();
+    ASSERT_EQ(world.store.voxel_count(), expected.size());
+    EXPECT_EQ(fact(report, "distinct voxels"), std::to_string(expected.size()));
+    for (const auto& [at, colour] : expected)
+      ASSERT_EQ((*world.palette)[world.store.get(at)].name, fmt::format("vox:{}", colour)) << "turn " << bits;
+  }
+  EXPECT_EQ(turns, 48);
 }
 
 TEST(Vox, AFrameOfAnAnimationCanBeChosen) {

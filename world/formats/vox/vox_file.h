@@ -24,14 +24,16 @@ namespace world::vox {
 
 using Dictionary = std::map<std::string, std::string>;
 
+/// As it lies in the file.
 struct Voxel {
   uint8_t x, y, z;
   uint8_t colour;  // palette index 1..255; 0 is no voxel in principle, but some writers use it
 };
+static_assert(sizeof(Voxel) == 4 && alignof(Voxel) == 1);
 
 struct Model {
   std::array<int32_t, 3> size{};  // 0..256 each
-  std::vector<Voxel> voxels;      // all inside size; a position may occur twice: the last one counts
+  std::span<const Voxel> voxels;  // in the bytes of the file, all inside size; the last one of a position counts
 };
 
 /// cell = R * point + t; row i of R has its one non-zero entry, sign[i], in column column[i].
@@ -90,7 +92,8 @@ struct File {
   uint64_t trailing_bytes = 0;                // after the main chunk; skipped
 };
 
-/// Reads all chunks. Memory is bounded by a small multiple of the bytes. `name` is for errors.
+/// Reads all chunks. Voxels stay where they are: the bytes must outlive the File. Memory is bounded by a small multiple
+/// of the bytes. `name` is for errors.
 Result<File> parse(std::span<const uint8_t> bytes, std::string_view name);
 
 struct Instance {
