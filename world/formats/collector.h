@@ -59,9 +59,13 @@ class VoxelCollector {
 
   /// Moves everything into the store; the regions touched are replaced. Leaves this empty.
   void move_into(Store& store) {
-    std::map<RegionPos, std::vector<LeafPos>> by_region;
-    for (const auto& [l, blocks] : leaves_) by_region[region_from_leaf(l)].push_back(l);
-    const std::vector<std::pair<RegionPos, std::vector<LeafPos>>> regions(by_region.begin(), by_region.end());
+    using Leaves = std::vector<std::pair<int, std::unique_ptr<Blocks>>>;  // by index_in_region
+    std::map<RegionPos, Leaves> by_region;
+    for (auto& [l, blocks] : leaves_)
+      by_region[region_from_leaf(l)].emplace_back(index_in_region(l), std::move(blocks));
+    leaves_.clear();
+    std::vector<std::pair<RegionPos, Leaves*>> regions;
+    for (auto& [r, leaves] : by_region) regions.emplace_back(r, &leaves);
     // Some at a time: what has been built is let go of before the next are.
     constexpr size_t kBatch = 16;
     for (size_t first = 0; first < regions.size(); first += kBatch) {
@@ -70,12 +74,10 @@ class VoxelCollector {
       parallel_for(n, [&](size_t i) {
         const auto& [r, leaves] = regions[first + i];
         built[i].emplace(r);
-        for (const LeafPos l : leaves) built[i]->set_leaf(index_in_region(l), *leaves_.find(l)->second);
+        for (const auto& [index, blocks] : *leaves) built[i]->set_leaf(index, *blocks);
+        leaves->clear();
       });
-      for (size_t i = 0; i < n; ++i) {
-        for (const LeafPos l : regions[first + i].second) leaves_.erase(l);
-        store.adopt(std::move(*built[i]));
-      }
+      for (std::optional<RegionBuilder>& region : built) store.adopt(std::move(*region));
     }
     *this = VoxelCollector(budget_);
   }
