@@ -119,31 +119,46 @@ struct EditedValley {
     TRY([[maybe_unused]] const world::EditReport report, session->world().store.apply(batch));
     return {};
   }
+  /// A million single voxels at random in 256^3: hardly a leaf stays as it was, and few stay simple.
+  Status scatter(uint64_t seed) {
+    world::EditBatch batch;
+    const auto stone = *session->world().palette->find("stone"), sand = *session->world().palette->find("sand");
+    for (int64_t i = 0; i < 1'000'000; ++i) {
+      const uint64_t bits = world::random_bits(seed, i, round, 0);
+      const auto part = [&](int shift) { return static_cast<int32_t>(bits >> shift & 255); };
+      batch.set({part(0) - 128, part(8), part(16) - 128}, bits >> 24 & 1 ? stone : sand);
+    }
+    ++round;
+    TRY([[maybe_unused]] const world::EditReport report, session->world().store.apply(batch));
+    return {};
+  }
 };
 
-Result<std::shared_ptr<EditedValley>> edited_valley(BenchContext& context) {
+Result<std::shared_ptr<EditedValley>> edited_valley(BenchContext& context, const std::string& name) {
   TRY(const World* valley, context.world("valley"));
   TRY(const std::filesystem::path folder, context.scratch());
-  const auto edited = context.shared<EditedValley>("store/edited", [&] { return std::make_shared<EditedValley>(); });
+  const auto edited = context.shared<EditedValley>("store/" + name, [&] { return std::make_shared<EditedValley>(); });
   if (!edited->session) {
     SaveSession::Options options;
     options.autosave_s = 0;
-    TRY(edited->session, SaveSession::create(folder / "edited.loam", std::move(*valley_copy(*valley)), options));
+    TRY(edited->session, SaveSession::create(folder / (name + ".loam"), std::move(*valley_copy(*valley)), options));
   }
   return edited;
 }
 
-Result<Prepared> prepare_save_edit(BenchContext& context) {
-  TRY(const auto edited, edited_valley(context));
+Result<Prepared> prepare_save_edit(BenchContext& context, bool scattered) {
+  TRY(const auto edited, edited_valley(context, scattered ? "scattered" : "edited"));
+  const uint64_t seed = context.seed();
   return Prepared{
-      .ours = {"SaveSession::save", [=] { return ok_or_nan(edited->session->save()); }, [=] { (void)edited->edit(); }},
+      .ours = {"SaveSession::save", [=] { return ok_or_nan(edited->session->save()); },
+               [=] { (void)(scattered ? edited->scatter(seed) : edited->edit()); }},
       .counters = [=] {
         return std::map<std::string, double>{{"regions", static_cast<double>(edited->session->last_report().regions)}};
       }};
 }
 
 Result<Prepared> prepare_save_stall(BenchContext& context) {
-  TRY(const auto edited, edited_valley(context));
+  TRY(const auto edited, edited_valley(context, "edited"));
   return Prepared{.ours = {"begin_save, then an edit of all that is being saved", [=] {
                              if (!edited->edit().ok()) return std::nan("");
                              if (!edited->session->begin_save()) return std::nan("");
@@ -262,7 +277,15 @@ void add_save_rows(Registry& registry) {
                 .timing = Timing::milliseconds,
                 .repetitions = 7,
                 .reach = Reach{200, "issue 4"},
-                .prepare = prepare_save_edit});
+                .prepare = [](BenchContext& c) { return prepare_save_edit(c, false); }});
+  registry.add({.name = "save_scattered",
+                .what = "saves the valley after 1,000,000 single voxels at random in 256^3 of it, again and again",
+                .unit = "ms",
+                .better = Better::lower,
+                .timing = Timing::milliseconds,
+                .repetitions = 7,
+                .reach = Reach{200, "the same as for an edit in one piece"},
+                .prepare = [](BenchContext& c) { return prepare_save_edit(c, true); }});
   registry.add({.name = "save_stall",
                 .what = "what beginning that save takes on the thread that edits",
                 .unit = "ms",
