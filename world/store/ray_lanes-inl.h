@@ -38,6 +38,14 @@ struct LaneRanks {
 };
 inline constexpr LaneRanks kRanks;
 
+/// Rays that must be walked in double, and from where: where they cross a plane of an axis, before which they meet
+/// nothing, or from their start where the axis is -1. Lists end before a vector's room, which may be overwritten.
+struct UnsureRays {
+  static constexpr size_t kMost = 4096;
+  size_t count = 0;
+  alignas(64) int32_t ray[kMost + 16], axis[kMost + 16], plane[kMost + 16];
+};
+
 /// Asks for the bytes of `count` records, which may lie beyond what there is.
 template <class Record>
 inline void prefetch_records(const Record* begin, size_t count) {

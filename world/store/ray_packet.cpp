@@ -612,7 +612,8 @@ struct RestOfRays {
   static constexpr size_t kSize = 512;
   GridRay moved[kSize];
   GridHit hits[kSize];
-  uint32_t index[kSize], unsure[kSize];
+  uint32_t index[kSize];
+  UnsureRays unsure;
   int8_t face[kSize];  // through which the moved ray entered its start voxel
   size_t count = 0;
 };
@@ -643,8 +644,9 @@ bool move_to_plane(const GridRay& ray, int axis, int32_t plane, GridRay& moved) 
 template <class Ray>
 void RayStream::walk_rest(RestOfRays& rest, std::span<const Ray> rays, std::span<GridHit> hits,
                           StreamReport& report) const {
-  const size_t again = walk_lanes(std::span<const GridRay>(rest.moved, rest.count), rest.hits, rest.unsure, report);
-  for (size_t i = 0; i < again; ++i) rest.hits[rest.unsure[i]].end = WalkEnd::rejected;
+  walk_lanes(std::span<const GridRay>(rest.moved, rest.count), rest.hits, rest.unsure, report);
+  for (size_t i = 0; i < rest.unsure.count; ++i)
+    rest.hits[static_cast<size_t>(rest.unsure.ray[i])].end = WalkEnd::rejected;
   for (size_t i = 0; i < rest.count; ++i) {
     const GridRay ray = rays[rest.index[i]];
     GridHit& hit = hits[rest.index[i]];

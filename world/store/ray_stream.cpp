@@ -18,8 +18,7 @@
 
 namespace world {
 
-constexpr size_t kChunk = 64;    // rays made ready at a time
-constexpr size_t kSlice = 4096;  // rays between two looks at what must be walked in double
+constexpr size_t kChunk = 64;  // rays made ready at a time
 
 /// What kernels read of a BrickVolume.
 struct BrickView {
@@ -77,11 +76,14 @@ HWY_INLINE I cell_at(F t, F origin, F along, I base, F& off_middle) {
   return hn::Add(base, whole);
 }
 
-/// How far off the middle is still sure after a crossing at t of a plane of an axis with this inverse direction.
+/// How far off the middle is still sure after a crossing at t of a plane of an axis with this inverse direction. With u
+/// = 2^-24: t itself is wrong by at most 5 u t + u inverse (inverse 2 u, its product with a number of cells u, beyond 3
+/// u and u of its start, their sum u), and a position by that, its direction (u t), the product and the sum (2 u t,
+/// fused or not), and the start (2 u): 8 u t + u inverse + 2 u. These are 10 u, 2 u and 4 u.
 HWY_INLINE F sure_distance(F t, F inverse) {
   const Floats df;
-  return hn::MulAdd(t, hn::Set(df, -0x1p-20f),
-                    hn::MulAdd(inverse, hn::Set(df, -0x1p-23f), hn::Set(df, 0.5f - 0x1p-21f)));
+  return hn::MulAdd(t, hn::Set(df, -0x1.4p-21f),
+                    hn::MulAdd(inverse, hn::Set(df, -0x1p-23f), hn::Set(df, 0.5f - 0x1p-22f)));
 }
 
 /// What is given of a vector of rays: start voxels from the corner of the bounds, fractions, directions.
@@ -132,7 +134,7 @@ HWY_INLINE GivenRays load_rays(const BrickView& bricks, const Ray* rays, size_t 
 /// Mirrors, scales and inverts a vector of rays, of which the first is `first` and `count` are given, and adds those
 /// that walk to `ready`. Those that must be walked in double go to `unsure`; the others meet nothing.
 HWY_INLINE void prepare(const BrickView& bricks, const GivenRays& rays, uint32_t first, size_t count, ReadyRays& ready,
-                        uint32_t* unsure, size_t& unsure_count) {
+                        UnsureRays& unsure) {
   const Floats df;
   const Ints di;
   const F zero = hn::Zero(df), one = hn::Set(df, 1.0f);
@@ -184,8 +186,9 @@ HWY_INLINE void prepare(const BrickView& bricks, const GivenRays& rays, uint32_t
   const auto bad = hn::And(given, hn::RebindMask(di, hn::Not(fine)));
   if (!hn::AllFalse(di, bad)) {
     const Compressor compress_bad(bad);
-    compress_bad.store(made[kRay], reinterpret_cast<int32_t*>(unsure) + unsure_count);
-    unsure_count += compress_bad.count();
+    compress_bad.store(made[kRay], unsure.ray + unsure.count);
+    compress_bad.store(hn::Set(di, -1), unsure.axis + unsure.count);
+    unsure.count += compress_bad.count();
   }
 }
 
@@ -325,7 +328,7 @@ void finish(const BrickView& bricks, const Ray* rays, GridHit* hits, HitRays& en
 /// Walks all rays to their ends, and says which must be walked in double: unsure[0..returned), with room for a vector
 /// behind.
 template <class Ray>
-size_t walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t count, uint32_t* unsure, uint64_t& steps) {
+void walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t count, UnsureRays& unsure, uint64_t& steps) {
   constexpr int kGroups = 4;
   const Ints di;
   const size_t width = hn::Lanes(di);
@@ -333,7 +336,7 @@ size_t walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t coun
   Lanes group[kGroups];
   ReadyRays ready;
   HitRays ended;
-  size_t next = 0, active = 0, unsure_count = 0;
+  size_t next = 0, active = 0;
   // So that `ready` holds a vector at least.
   const auto make_ready = [&]() HWY_ATTR {
     for (auto& row : ready.rows) hn::StoreU(hn::LoadU(di, row + ready.begin), di, row);
@@ -344,8 +347,7 @@ size_t walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t coun
       for (size_t i = next; i < chunk_end; ++i) hits[i] = {WalkEnd::t_max, {}, kNoFace, rays[i].t_max};
       for (; next < chunk_end; next += width) {
         const size_t given = std::min(width, chunk_end - next);
-        prepare(bricks, load_rays(bricks, rays + next, given), static_cast<uint32_t>(next), given, ready, unsure,
-                unsure_count);
+        prepare(bricks, load_rays(bricks, rays + next, given), static_cast<uint32_t>(next), given, ready, unsure);
       }
       next = chunk_end;
       active += ready.end - had;
@@ -394,8 +396,19 @@ size_t walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t coun
           if (ended.count >= HitRays::kSize) finish(bricks, rays, hits, ended);
         }
         if (const uint32_t left = real & ~(to.hit | to.missed)) {
-          Compressor(left).store(ray, reinterpret_cast<int32_t*>(unsure) + unsure_count);
-          unsure_count += hwy::PopCount(left);
+          // From the plane by which they entered the cell that they stand in.
+          const I axis = hn::Load(di, lanes.axis);
+          const auto on_x = hn::Eq(axis, hn::Zero(di)), on_y = hn::Eq(axis, hn::Set(di, 1));
+          const auto plane_of = [&](int a, int32_t low) HWY_ATTR {
+            return hn::Add(hn::Sub(hn::Load(di, lanes.grid[a]), hn::Load(di, lanes.rows[kFlip + a])), hn::Set(di, low));
+          };
+          const I plane = hn::IfThenElse(on_x, plane_of(0, bricks.low.x),
+                                         hn::IfThenElse(on_y, plane_of(1, bricks.low.y), plane_of(2, bricks.low.z)));
+          const Compressor compress(left);
+          compress.store(ray, unsure.ray + unsure.count);
+          compress.store(axis, unsure.axis + unsure.count);
+          compress.store(plane, unsure.plane + unsure.count);
+          unsure.count += compress.count();
         }
         refill(lanes, to.any, to.cell, to.axis);
       }
@@ -404,16 +417,15 @@ size_t walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t coun
     steps += kGroups;
   }
   finish(bricks, rays, hits, ended);
-  return unsure_count;
 }
 
-size_t walk_grid_rays(const BrickView& bricks, const GridRay* rays, GridHit* hits, size_t count, uint32_t* unsure,
-                      uint64_t& steps) {
-  return walk(bricks, rays, hits, count, unsure, steps);
+void walk_grid_rays(const BrickView& bricks, const GridRay* rays, GridHit* hits, size_t count, UnsureRays& unsure,
+                    uint64_t& steps) {
+  walk(bricks, rays, hits, count, unsure, steps);
 }
-size_t walk_stream_rays(const BrickView& bricks, const StreamRay* rays, GridHit* hits, size_t count, uint32_t* unsure,
-                        uint64_t& steps) {
-  return walk(bricks, rays, hits, count, unsure, steps);
+void walk_stream_rays(const BrickView& bricks, const StreamRay* rays, GridHit* hits, size_t count, UnsureRays& unsure,
+                      uint64_t& steps) {
+  walk(bricks, rays, hits, count, unsure, steps);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -436,7 +448,8 @@ void RayStream::update(std::span<const LeafPos> dirty) {
 }
 
 template <class Ray>
-size_t RayStream::walk_lanes(std::span<const Ray> rays, GridHit* hits, uint32_t* unsure, StreamReport& report) const {
+void RayStream::walk_lanes(std::span<const Ray> rays, GridHit* hits, UnsureRays& unsure, StreamReport& report) const {
+  unsure.count = 0;
   const VoxelPos low = bricks_.low();
   BrickView view{reinterpret_cast<const int32_t*>(bricks_.codes()),
                  reinterpret_cast<const int32_t*>(bricks_.words()),
@@ -452,12 +465,12 @@ size_t RayStream::walk_lanes(std::span<const Ray> rays, GridHit* hits, uint32_t*
     view.size[a] = bricks_.leaves_along()[a] * kLeafSize;
   }
   if constexpr (std::is_same_v<Ray, GridRay>)
-    return HWY_DYNAMIC_DISPATCH(walk_grid_rays)(view, rays.data(), hits, rays.size(), unsure, report.steps);
+    HWY_DYNAMIC_DISPATCH(walk_grid_rays)(view, rays.data(), hits, rays.size(), unsure, report.steps);
   else
-    return HWY_DYNAMIC_DISPATCH(walk_stream_rays)(view, rays.data(), hits, rays.size(), unsure, report.steps);
+    HWY_DYNAMIC_DISPATCH(walk_stream_rays)(view, rays.data(), hits, rays.size(), unsure, report.steps);
 }
 
-template size_t RayStream::walk_lanes(std::span<const GridRay>, GridHit*, uint32_t*, StreamReport&) const;
+template void RayStream::walk_lanes(std::span<const GridRay>, GridHit*, UnsureRays&, StreamReport&) const;
 
 template <class Ray>
 void RayStream::walk_all(std::span<const Ray> rays, std::span<GridHit> hits, StreamReport* report) const {
@@ -467,12 +480,16 @@ void RayStream::walk_all(std::span<const Ray> rays, std::span<GridHit> hits, Str
     for (size_t i = 0; i < rays.size(); ++i) hits[i] = walker_.first_set(rays[i]);
     done.exact = rays.size();
   } else {
-    uint32_t unsure[kSlice + 16];
-    for (size_t begin = 0; begin < rays.size(); begin += kSlice) {
-      const size_t count = std::min(kSlice, rays.size() - begin);
-      const size_t again = walk_lanes(rays.subspan(begin, count), hits.data() + begin, unsure, done);
-      for (size_t i = 0; i < again; ++i) hits[begin + unsure[i]] = walker_.first_set(rays[begin + unsure[i]]);
-      done.exact += again;
+    UnsureRays unsure;
+    for (size_t begin = 0; begin < rays.size(); begin += UnsureRays::kMost) {
+      const size_t count = std::min(UnsureRays::kMost, rays.size() - begin);
+      walk_lanes(rays.subspan(begin, count), hits.data() + begin, unsure, done);
+      for (size_t i = 0; i < unsure.count; ++i) {
+        const size_t at = begin + static_cast<size_t>(unsure.ray[i]);
+        hits[at] = unsure.axis[i] < 0 ? walker_.first_set(rays[at])
+                                      : first_set_from(rays[at], unsure.axis[i], unsure.plane[i]);
+      }
+      done.exact += unsure.count;
     }
   }
   if (report) report->add(done);

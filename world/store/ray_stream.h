@@ -6,9 +6,9 @@
 /// face and t, whatever the width of the lanes and whether products are fused.
 ///
 /// error  none against MaskWalker. Directions are scaled to a largest component of 1; then, with d_exit the direction
-///        along the axis of the plane crossed, |position error| <= t 2^-20 + 2^-23 / d_exit + 2^-21
-/// cost   on one core with AVX2: 43 ns a primary ray in packets, 55 a sun shadow ray, 130 a diffuse ray in lanes
-///        (measured 2026-11-25); nothing is allocated
+///        along the axis of the plane crossed, |position error| <= t 2^-21 + 2^-24 / d_exit + 2^-23
+/// cost   on one core with AVX2: 36 to 42 ns a primary ray in packets, 90 to 100 a diffuse ray in lanes
+///        (measured 2026-11-26); nothing is allocated
 /// source for the kind of walk: Samuli Laine, Tero Karras. Efficient Sparse Voxel Octrees. 2010 (empty cubes),
 ///        Amanatides, Woo 1987 (planes); for filtered exactness: Jonathan Shewchuk. Adaptive Precision Floating-Point
 ///        Arithmetic and Fast Robust Geometric Predicates. 1997
@@ -71,9 +71,9 @@ class RayStream {
 
  private:
   // Ray: GridRay or StreamRay.
-  /// Without walking anew what is unsure: its indices, unsure[0..returned).
+  /// At most UnsureRays::kMost, without walking anew what is unsure.
   template <class Ray>
-  size_t walk_lanes(std::span<const Ray> rays, GridHit* hits, uint32_t* unsure, StreamReport& report) const;
+  void walk_lanes(std::span<const Ray> rays, GridHit* hits, struct UnsureRays& unsure, StreamReport& report) const;
   template <class Ray>
   void walk_all(std::span<const Ray> rays, std::span<GridHit> hits, StreamReport* report) const;
   template <class Ray>
