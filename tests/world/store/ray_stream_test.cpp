@@ -239,6 +239,32 @@ TEST(RayStream, ABadRayInAPacketLeavesTheOthersRight) {
 }
 
 // An edit changes no more than its leaf and the codes of the empty cube that held it, and gives what building gives.
+// Each list of what must be walked in double may fill up to its end.
+TEST(RayStream, RaysThatAreAllUnsureHitWhatTheExactWalkHits) {
+  const MaskVolume volume = random_volume(11, {0, 0, 0}, 0.02);
+  const RayStream stream(volume);
+  const MaskWalker walker(volume);
+  for (const double tiny : {1e-30, 1e-15}) {
+    std::vector<GridRay> rays;
+    for (int i = 0; i < 10000; ++i)
+      rays.push_back({{{20 + i % 200, 20 + i / 97 % 200, 20 + i / 50}, {0.5, 0.5, 1}}, {1, 0.3, i % 2 ? tiny : -tiny}});
+    for (const SimdLevel& level : simd_levels()) {
+      const SimdChoice choice(level);
+      SCOPED_TRACE(level.name);
+      std::vector<GridHit> hits(rays.size()), packed(rays.size());
+      StreamReport report;
+      stream.first_set(rays, hits, &report);
+      stream.first_set_coherent(rays, packed);
+      EXPECT_EQ(report.exact, rays.size());
+      for (size_t i = 0; i < rays.size(); ++i) {
+        const GridHit exact = walker.first_set(rays[i]);
+        ASSERT_TRUE(same_hit(hits[i], exact)) << "ray " << i;
+        ASSERT_TRUE(same_hit(packed[i], exact)) << "ray " << i << ", in a packet";
+      }
+    }
+  }
+}
+
 TEST(BrickVolume, AfterAnyEditsItEqualsOneBuiltAnew) {
   MaskVolume volume = random_volume(13, {0, 0, 0}, 0.02);
   BrickVolume followed(volume);
