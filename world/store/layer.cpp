@@ -6,6 +6,7 @@
 #include <new>
 
 #include "world/store/grid_stream.h"
+#include "world/store/region_grid.h"
 
 namespace world {
 
@@ -123,22 +124,27 @@ Result<std::string> FloatLayer::encode_region(RegionPos r, StreamCompression com
 }
 
 Status FloatLayer::decode_region(std::span<const char> bytes, RegionPos r) {
-  initialize_openvdb();
-  try {
-    const auto grid = grid_from_bytes<openvdb::FloatGrid>(bytes);
-    if (!grid) return input_error("the region's stream does not hold exactly one grid of floats");
-    if (grid->background() != 0) return input_error("the layer's background is not 0");
-    const openvdb::CoordBBox box = grid->evalActiveVoxelBoundingBox();
-    if (!box.empty() && !region_box(r).isInside(box)) return input_error("the layer has values outside its region");
-    for (auto value = grid->cbeginValueOn(); value; ++value)
-      if (!std::isfinite(*value)) return input_error("the layer holds a value that is not finite");
-    this->grid().grid->tree().merge(grid->tree());
+  openvdb::FloatTree tree(0.0f);
+  const auto tile = [&](VoxelPos origin, int size, float value, bool active) -> Status {
+    if (!active) return {};
+    if (!std::isfinite(value)) return input_error("the layer holds a value that is not finite");
+    tree.addTile(size == kLeafSize ? 1 : 2, coord(origin), value, true);
     return {};
-  } catch (const std::bad_alloc&) {
-    throw;
-  } catch (const std::exception& e) {
-    return input_error(std::string("OpenVDB could not read a region: ") + e.what());
-  }
+  };
+  const auto leaf = [&](LeafPos l, std::span<const float, kLeafVoxels> values,
+                        std::span<const uint64_t, 8> active) -> Status {
+    auto made = std::make_unique<openvdb::FloatTree::LeafNodeType>(coord(voxel_from_leaf(l)), 0.0f, false);
+    for (openvdb::Index v = 0; v < kLeafVoxels; ++v) {
+      if (!(active[v / 64] >> v % 64 & 1)) continue;
+      if (!std::isfinite(values[v])) return input_error("the layer holds a value that is not finite");
+      made->setValueOn(v, values[v]);
+    }
+    tree.addLeaf(made.release());
+    return {};
+  };
+  TRY_STATUS(read_region_grid<float>(bytes, r, {tile, leaf}));
+  grid().grid->tree().merge(tree);
+  return {};
 }
 
 }  // namespace world

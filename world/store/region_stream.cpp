@@ -4,36 +4,13 @@
 
 #include "world/store/grid_stream.h"
 #include "world/store/int32_stream.h"
+#include "world/store/region_grid.h"
 
 namespace world {
 
 namespace {
 
 using Int32Tree = openvdb::Int32Tree;
-using Int32Leaf = Int32Tree::LeafNodeType;
-
-Result<RegionBuilder> builder_from_int32(const Int32Tree& tree, RegionPos pos, size_t palette_size) {
-  RegionBuilder builder(pos);
-  BlockId values[kLeafVoxels];
-  const auto valid = [&](int32_t v) { return v >= 0 && static_cast<size_t>(v) < palette_size; };
-  for (int i = 0; i < kLeavesPerRegion; ++i) {
-    const openvdb::Coord origin = coord(voxel_from_leaf(leaf_from_region(pos) + leaf_offset_in_region(i)));
-    const Int32Leaf* leaf = tree.probeConstLeaf(origin);
-    if (!leaf) {
-      const int32_t v = tree.getValue(origin);
-      if (!valid(v)) return input_error("block id " + std::to_string(v) + " is not in the palette");
-      if (v != kAir) builder.set_uniform(i, static_cast<BlockId>(v));
-      continue;
-    }
-    const int32_t* ids = leaf->buffer().data();
-    for (int v = 0; v < kLeafVoxels; ++v) {
-      if (!valid(ids[v])) return input_error("block id " + std::to_string(ids[v]) + " is not in the palette");
-      values[v] = static_cast<BlockId>(ids[v]);
-    }
-    builder.set_leaf(i, values);
-  }
-  return builder;
-}
 
 Result<std::string> encode_leaves(RegionPos pos, RegionLeaves leaves, StreamCompression compression) {
   initialize_openvdb();
@@ -64,16 +41,29 @@ Result<std::string> encode_region(const PackedRegion& region, RegionPos pos, Str
 }
 
 Result<RegionBuilder> decode_region(std::span<const char> bytes, RegionPos pos, size_t palette_size) {
-  initialize_openvdb();
-  try {
-    const auto grid = grid_from_bytes<openvdb::Int32Grid>(bytes);
-    if (!grid) return input_error("the region's stream does not hold exactly one grid of 32-bit integers");
-    return builder_from_int32(grid->constTree(), pos, palette_size);
-  } catch (const std::bad_alloc&) {
-    throw;
-  } catch (const std::exception& e) {
-    return input_error(std::string("OpenVDB could not read a region: ") + e.what());
-  }
+  RegionBuilder builder(pos);
+  const auto check = [&](int32_t id) -> Status {
+    if (id >= 0 && static_cast<size_t>(id) < palette_size) return {};
+    return input_error("block id " + std::to_string(id) + " is not in the palette");
+  };
+  const auto tile = [&](VoxelPos origin, int size, int32_t id, bool) -> Status {
+    TRY_STATUS(check(id));
+    if (id == kAir) return {};
+    const int first = index_in_region(leaf_from_voxel(origin)), last = size == kLeafSize ? first : kLeavesPerRegion - 1;
+    for (int i = first; i <= last; ++i) builder.set_uniform(i, static_cast<BlockId>(id));
+    return {};
+  };
+  const auto leaf = [&](LeafPos l, std::span<const int32_t, kLeafVoxels> ids, std::span<const uint64_t, 8>) -> Status {
+    BlockId values[kLeafVoxels];
+    for (size_t v = 0; v < kLeafVoxels; ++v) {
+      TRY_STATUS(check(ids[v]));
+      values[v] = static_cast<BlockId>(ids[v]);
+    }
+    builder.set_leaf(index_in_region(l), values);
+    return {};
+  };
+  TRY_STATUS(read_region_grid<int32_t>(bytes, pos, {tile, leaf}));
+  return builder;
 }
 
 }  // namespace world
