@@ -6,6 +6,8 @@
 #include <set>
 #include <tuple>
 
+// Its assertions also look at the text, which may be anything ("[|" fails one): what follows them reports an error.
+#define TOML_ASSERT(expression) static_assert(true)
 #define TOML_EXCEPTIONS 0
 #define TOML_HEADER_ONLY 1
 #define TOML_ENABLE_FORMATTERS 0

@@ -1,5 +1,7 @@
 #include "world/meshes/builder.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "world/base/random.h"
@@ -7,6 +9,8 @@
 
 namespace world {
 namespace {
+
+constexpr int kMostLooks = 8;  // at all corners of a face, each of which takes the square of their number
 
 struct CornerHash {
   size_t operator()(const MeshCorner& c) const { return hash_combine(hash_combine(c.position, c.texture), c.normal); }
@@ -66,30 +70,47 @@ bool MeshBuilder::clip_ears(std::span<const MeshCorner> corners) {
     return true;
   }
   if (n > kMostCorners) return false;
-  std::vector<uint32_t> left(n);
-  for (uint32_t i = 0; i < n; ++i) left[i] = i;
-  const auto is_ear = [&](size_t at) {
-    const size_t m = left.size();
-    const uint32_t before = left[(at + m - 1) % m], tip = left[at], after = left[(at + 1) % m];
-    const glm::dvec2 &a = flat[before], &b = flat[tip], &c = flat[after];
+  // A ring of those that are left.
+  std::vector<uint32_t> before(n), after(n);
+  for (uint32_t i = 0; i < n; ++i)
+    before[i] = static_cast<uint32_t>((i + n - 1) % n), after[i] = static_cast<uint32_t>((i + 1) % n);
+  const auto is_ear = [&](uint32_t tip) {
+    const glm::dvec2 &a = flat[before[tip]], &b = flat[tip], &c = flat[after[tip]];
     if (!(area(a, b, c) > 0)) return false;
-    for (const uint32_t i : left) {
-      if (i == before || i == tip || i == after) continue;
+    for (uint32_t i = after[after[tip]]; i != before[tip]; i = after[i]) {
       const glm::dvec2& p = flat[i];
       if (p == a || p == b || p == c) continue;  // the seam of a hole
       if (area(a, b, p) >= 0 && area(b, c, p) >= 0 && area(c, a, p) >= 0) return false;
     }
     return true;
   };
-  while (left.size() > 3) {
-    size_t at = 0;
-    while (at < left.size() && !is_ear(at)) ++at;
-    if (at == left.size()) at = 0;  // it crosses itself: any corner is as good
-    const size_t m = left.size();
-    add_triangle(corners[left[(at + m - 1) % m]], corners[left[at]], corners[left[(at + 1) % m]]);
-    left.erase(left.begin() + static_cast<ptrdiff_t>(at));
+  enum class Corner : char { gone, plain, ear };
+  const auto kind_of = [&](uint32_t i) { return is_ear(i) ? Corner::ear : Corner::plain; };
+  std::vector<Corner> kinds(n);
+  for (uint32_t i = 0; i < n; ++i) kinds[i] = kind_of(i);
+  const auto first = [&](Corner kind) {
+    return static_cast<uint32_t>(std::find(kinds.begin(), kinds.end(), kind) - kinds.begin());
+  };
+  int looks = 0;
+  uint32_t tip = 0;
+  for (size_t left = n; left > 3; --left) {
+    tip = first(Corner::ear);
+    if (tip == n && looks++ < kMostLooks) {
+      // Rounding, or a face that touches itself, may have hidden one.
+      for (uint32_t i = 0; i < n; ++i)
+        if (kinds[i] != Corner::gone) kinds[i] = kind_of(i);
+      tip = first(Corner::ear);
+    }
+    if (tip == n) tip = first(Corner::plain);  // it crosses itself: any corner is as good
+    add_triangle(corners[before[tip]], corners[tip], corners[after[tip]]);
+    kinds[tip] = Corner::gone;
+    after[before[tip]] = after[tip], before[after[tip]] = before[tip];
+    // In a face that doesn't cross itself no other corner becomes an ear, or stops being one.
+    kinds[before[tip]] = kind_of(before[tip]), kinds[after[tip]] = kind_of(after[tip]);
   }
-  add_triangle(corners[left[0]], corners[left[1]], corners[left[2]]);
+  tip = first(Corner::ear);
+  if (tip == n) tip = first(Corner::plain);
+  add_triangle(corners[before[tip]], corners[tip], corners[after[tip]]);
   return true;
 }
 

@@ -26,7 +26,7 @@ class MeshBuilder {
  public:
   std::vector<Vec3f> positions, normals;
   std::vector<glm::vec2> textures;
-  /// Corners of a face that isn't convex; more take too long.
+  /// Corners of a face that isn't convex; its time grows with their square.
   static constexpr size_t kMostCorners = 1024;
 
   /// False where the face has fewer than three corners, or more than kMostCorners and is not convex.

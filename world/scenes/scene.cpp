@@ -17,6 +17,8 @@ namespace world {
 namespace {
 
 constexpr double kBorder = kWorldBorder - 1;
+constexpr size_t kMostFills = size_t{1} << 20;  // rows of prisms and cones included; 64 MiB
+constexpr const char* kTooManyFills = "the scene's prisms and cones have more than 2^20 rows of voxels";
 
 VoxelPos voxel_of(const int32_t (&v)[3]) { return {v[0], v[1], v[2]}; }
 
@@ -52,8 +54,9 @@ void read_world_source(TomlTable table, Scene& scene) {
     import.window = {window[0], window[1], window[2], window[3]};
 }
 
-/// Adds a run of voxels for each row of one height in which centres lie in the convex quadrilateral.
-void fill_prism(const double (&corners)[8], int32_t y0, int32_t y1, const std::string& block, Scene& scene) {
+/// Adds a run of voxels for each row of one height in which centres lie in the convex quadrilateral. False where the
+/// scene gets too many.
+bool fill_prism(const double (&corners)[8], int32_t y0, int32_t y1, const std::string& block, Scene& scene) {
   double z_low = corners[1], z_high = corners[1];
   for (int i = 0; i < 4; ++i)
     z_low = std::min(z_low, corners[2 * i + 1]), z_high = std::max(z_high, corners[2 * i + 1]);
@@ -67,13 +70,15 @@ void fill_prism(const double (&corners)[8], int32_t y0, int32_t y1, const std::s
     }
     const int32_t first = static_cast<int32_t>(std::ceil(x_low - 0.5)),
                   last = static_cast<int32_t>(std::ceil(x_high - 0.5)) - 1;
-    if (x_low < x_high && first <= last)
-      scene.fills.push_back({{VoxelPos{first, y0, z} + scene.offset, VoxelPos{last, y1, z} + scene.offset}, block});
+    if (!(x_low < x_high && first <= last)) continue;
+    if (scene.fills.size() >= kMostFills) return false;
+    scene.fills.push_back({{VoxelPos{first, y0, z} + scene.offset, VoxelPos{last, y1, z} + scene.offset}, block});
   }
+  return true;
 }
 
 /// The same for a cone's frustum around a vertical axis, with radius[0] at y0 and radius[1] at y1.
-void fill_cone(const double (&centre)[2], const double (&y)[2], const double (&radius)[2], const std::string& block,
+bool fill_cone(const double (&centre)[2], const double (&y)[2], const double (&radius)[2], const std::string& block,
                Scene& scene) {
   for (int32_t row = static_cast<int32_t>(std::ceil(y[0] - 0.5)); row + 0.5 < y[1]; ++row) {
     const double r = radius[0] + (radius[1] - radius[0]) * (row + 0.5 - y[0]) / (y[1] - y[0]);
@@ -82,10 +87,12 @@ void fill_cone(const double (&centre)[2], const double (&y)[2], const double (&r
       if (!(half > 0)) continue;
       const int32_t first = static_cast<int32_t>(std::ceil(centre[0] - std::sqrt(half) - 0.5)),
                     last = static_cast<int32_t>(std::ceil(centre[0] + std::sqrt(half) - 0.5)) - 1;
-      if (first <= last)
-        scene.fills.push_back({{VoxelPos{first, row, z} + scene.offset, VoxelPos{last, row, z} + scene.offset}, block});
+      if (first > last) continue;
+      if (scene.fills.size() >= kMostFills) return false;
+      scene.fills.push_back({{VoxelPos{first, row, z} + scene.offset, VoxelPos{last, row, z} + scene.offset}, block});
     }
   }
+  return true;
 }
 
 void read_prism(TomlTable table, Scene& scene) {
@@ -95,7 +102,7 @@ void read_prism(TomlTable table, Scene& scene) {
   const bool placed = table.require("corners", std::span<double>(corners), NumberRange{-1e6, 1e6});
   const bool high = table.require("y", std::span<int32_t>(y), NumberRange{-kBorder, kBorder});
   table.require("block", block);
-  if (placed && high) fill_prism(corners, y[0], y[1], block, scene);
+  if (placed && high && !fill_prism(corners, y[0], y[1], block, scene)) table.fail("corners", kTooManyFills);
 }
 
 void read_cone(TomlTable table, Scene& scene) {
@@ -109,7 +116,7 @@ void read_cone(TomlTable table, Scene& scene) {
     table.fail("y", "y = [from, to] of a cone must rise, by less than 10000");
     return;
   }
-  if (placed && sized) fill_cone(centre, y, radius, block, scene);
+  if (placed && sized && !fill_cone(centre, y, radius, block, scene)) table.fail("radius", kTooManyFills);
 }
 
 void read_camera(TomlTable table, Scene& scene) {

@@ -65,6 +65,8 @@ TEST(TomlReader, AMisspeltRequiredKeyIsToldAsUnknownAndNotAsMissing) {
 TEST(TomlReader, SyntaxErrorsAndKeysDefinedTwiceNameTheirPlace) {
   EXPECT_EQ(lamp_error("[a]\nname = \n").substr(0, 12), "lamp.toml:2:");
   EXPECT_EQ(lamp_error("[a]\nname = 'x'\nname = 'y'\n").substr(0, 12), "lamp.toml:3:");
+  // Where the library's own assertions were on, this ended the program.
+  EXPECT_EQ(lamp_error("[|a]\n").substr(0, 12), "lamp.toml:1:");
 }
 
 TEST(TomlReader, ArraysOfTablesComeInFileOrder) {

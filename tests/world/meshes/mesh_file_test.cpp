@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <ctime>
 #include <fstream>
 #include <set>
 #include <tuple>
@@ -173,6 +174,31 @@ TEST(ObjFile, FacesOfManyCornersKeepTheirAreaAndTheirSide) {
       obj("v 0 1 0\nv 0.588 -0.809 0\nv -0.951 0.309 0\nv 0.951 0.309 0\nv -0.588 -0.809 0\nf 1 2 3 4 5\n");
   ASSERT_TRUE(star.ok());
   EXPECT_LE(star->triangles.size(), 3u);
+}
+
+TEST(ObjFile, ManyCornersTakeTheSquareOfTheirNumber) {
+  // Each corner lies nearly opposite the one before, so that its triangle is thin and holds the last corner alone, the
+  // middle: no corner is an ear, and to know that of one takes a look at all others.
+  constexpr int kCorners = MeshBuilder::kMostCorners;
+  std::string text, face = "f";
+  for (int i = 0; i + 1 < kCorners; ++i) {
+    const double a = 3.14159265358979323846 * i * (kCorners - 2) / (kCorners - 1);
+    text += "v " + number_text(1000 * std::cos(a)) + " " + number_text(1000 * std::sin(a)) + " 0\n";
+    face += " " + std::to_string(i + 1);
+  }
+  text += "v 0 0 0\n";
+  face += " " + std::to_string(kCorners) + "\n";
+  for (int i = 0; i < 8; ++i) text += face;
+  const std::clock_t began = std::clock();
+  const auto mesh = obj(text);
+  const double seconds = static_cast<double>(std::clock() - began) / CLOCKS_PER_SEC;
+  ASSERT_TRUE(mesh.ok()) << message(mesh);
+  EXPECT_GT(mesh->triangles.size(), 8u * (kCorners - 2) * 9 / 10);  // some have no area
+#if defined(__SANITIZE_ADDRESS__)
+  EXPECT_LT(seconds, 5);
+#else
+  EXPECT_LT(seconds, 0.5);  // SECONDS_NOTE
+#endif
 }
 
 TEST(ObjFile, ARoundFaceOfAnyNumberOfCornersIsAFan) {

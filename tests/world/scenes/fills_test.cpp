@@ -80,6 +80,14 @@ TEST(Fills, WhatIsWrongIsNamed) {
             std::string::npos);
   EXPECT_NE(error_of("[[cone]]\ncentre = [0, 0]\ny = [1, 3]\nradius = [1, -1]\nblock = \"stone\"\n").find("radius"),
             std::string::npos);
+  // Fifty bytes that stand for 3e8 rows, and two prisms that are one row too many together.
+  EXPECT_NE(error_of("[[cone]]\ncentre = [0, 0]\ny = [0, 9999]\nradius = [1e4, 1e4]\nblock = \"stone\"\n").find("2^20"),
+            std::string::npos);
+  const std::string prism = "[[prism]]\ncorners = [0, 0, 9, 0, 9, 524288, 0, 524288]\ny = [0, 0]\nblock = \"stone\"\n";
+  EXPECT_TRUE(scene_of(kEmpty + prism + prism).ok());
+  EXPECT_NE(error_of(prism + prism + "[[prism]]\ncorners = [0, 0, 9, 0, 9, 1, 0, 1]\ny = [0, 0]\nblock = \"stone\"\n")
+                .find("2^20"),
+            std::string::npos);
 }
 
 TEST(Cameras, ALensHasARadiusAndADistanceOfFocus) {
