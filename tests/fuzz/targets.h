@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "world/base/errors.h"
+
 namespace world::fuzz {
 
 using Bytes = std::vector<uint8_t>;
@@ -19,6 +21,7 @@ struct Target {
   std::string file_name;  // decides which format reads it
   std::function<Bytes(std::span<const uint8_t>)> wrap;
   std::function<std::vector<Bytes>()> seeds;  // small and valid; more from ../shared/data where that is there
+  std::function<Status(const std::filesystem::path&)> read = nullptr;  // null: read_world()
 };
 
 const std::vector<Target>& targets();

@@ -72,7 +72,7 @@ class TranslationTable {
  public:
   static std::unique_ptr<TranslationTable> parse(const EmbeddedText& file) {
     auto table = std::make_unique<TranslationTable>();
-    const Status read = table->read(file);
+    const Status read = table->read(file.text, file.name);
     if (!read.ok()) std::cerr << read.error().message << '\n';
     CHECK(read.ok());
     return table;
@@ -106,9 +106,8 @@ class TranslationTable {
   std::string of_game(std::string_view id) const { return namespace_ + ":" + std::string(id); }
   const NumericIds& ids() const { return ids_; }
 
- private:
-  Status read(const EmbeddedText& file) {
-    TRY(TomlDocument document, TomlDocument::parse(file.text, file.name));
+  Status read(std::string_view text, const std::string& file_name) {
+    TRY(TomlDocument document, TomlDocument::parse(text, file_name));
     TomlTable root = document.root();
     root.read("namespace", namespace_);
     for (TomlTable lists : root.table("list"))
@@ -152,6 +151,7 @@ class TranslationTable {
     return document.finish();
   }
 
+ private:
   /// Registers a rule under each name that its lists make.
   void add(Rule made, TomlTable& table, const std::string& key) {
     rules_.push_back(std::make_unique<Rule>(std::move(made)));
@@ -281,6 +281,10 @@ const TranslationTable& translation_table(std::string_view game) {
   const auto found = tables.find(game);
   CHECK(found != tables.end());
   return *found->second;
+}
+
+Status check_translation_table(std::string_view text, const std::string& file_name) {
+  return TranslationTable().read(text, file_name);
 }
 
 std::optional<Translated> translate(const TranslationTable& table, const BlockState& state) {

@@ -49,6 +49,8 @@ std::string state_text(const BlockState& state);
 class TranslationTable;
 /// "minecraft" or "luanti"; compiled in.
 const TranslationTable& translation_table(std::string_view game);
+/// What is wrong with a table, with its file, line and column: the first thing. `file_name` is for that.
+Status check_translation_table(std::string_view text, const std::string& file_name);
 
 /// What the table makes of a state, or nothing.
 struct Translated {
