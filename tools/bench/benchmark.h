@@ -8,7 +8,7 @@
 ///
 ///   void add_suite_store(Registry& registry) {
 ///     registry.add({.name = "leaf_read", .what = "reads every leaf of the valley", .unit = "G voxels/s", .scale = 1e9,
-///                   .threads = 1, .reach = Reach{1.0, "issue 2: ..."},
+///                   .threads = 1, .reach = Reach{1.0, "where the number comes from"},
 ///                   .prepare = [](BenchContext& context) -> Result<Prepared> {
 ///                     TRY(const World* valley, context.world("valley"));
 ///                     return Prepared{.ours = {"loam", [=] { return read_all(*valley); }},

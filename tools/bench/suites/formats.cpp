@@ -138,7 +138,7 @@ void add_suite_formats(Registry& registry) {
        .scale = 1e6,
        .threads = 1,
        .clock = Clock::wall,
-       .reach = Reach{0.5, "issue 4: never slower than 2x zlib's inflate alone", true},
+       .reach = Reach{0.5, "the aim: never slower than 2x zlib's inflate alone", true},
        .prepare = prepare_region});
   registry.add({.name = "mca_decode",
                 .what = "the same region with its chunks inflated already: what comes beyond inflate's own time",
@@ -146,7 +146,7 @@ void add_suite_formats(Registry& registry) {
                 .scale = 1e6,
                 .threads = 1,
                 .clock = Clock::wall,
-                .reach = Reach{100, "issue 4: 100 M blocks/s beyond inflate's own time"},
+                .reach = Reach{100, "the aim: 100 M blocks/s beyond inflate's own time"},
                 .prepare = prepare_decoding});
   registry.add({.name = "mca_import_all_cores",
                 .what = "the region of mca_import, all cores",

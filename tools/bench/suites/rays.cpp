@@ -428,7 +428,7 @@ void add_suite_rays(Registry& registry) {
                 .unit = "M rays/s",
                 .scale = 1e6,
                 .threads = 2,
-                .reach = Reach{4, "issue 2: primary rays on the 1024x256x1024 valley, 2 threads, scalar"},
+                .reach = Reach{4, "the aim for a scalar walk: primary rays on the 1024x256x1024 valley, 2 threads, scalar"},
                 .prepare = [](BenchContext& context) { return prepare_picture(context, render::SunShadow::none); }});
   registry.add({.name = "picture_core",
                 .what = fmt::format("the same on one thread, {}", cameras),
