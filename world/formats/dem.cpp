@@ -14,9 +14,7 @@ const Format& dem_format() {
                  ImportReport& report) -> Result<World> {
         TRY(const std::vector<uint8_t> bytes, read_file(path, uint64_t{1} << 30));
         TRY(const DemFile dem, parse_dem(bytes, path.string()));
-        TRY(World world, world_from_dem(dem, path.string(), options, report));
-        world.metadata["source"] = path.filename().string();
-        return world;
+        return world_from_dem(dem, path.string(), options, report);
       },
       .write = nullptr,
   };

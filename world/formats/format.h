@@ -9,6 +9,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "world/base/errors.h"
@@ -47,7 +48,11 @@ struct ImportReport {
   std::map<std::string, uint64_t> states;                  // block state in the file, air too -> voxels; if asked for
   std::vector<std::string> warnings;                       // a sentence each
   std::vector<std::pair<std::string, std::string>> facts;  // table rows: name, value
+  void fact(std::string name, std::string value) { facts.emplace_back(std::move(name), std::move(value)); }
 };
+
+/// Says in the world's metadata where it came from: "format", "source" (the file's name) and "voxel_size_m".
+void set_origin(World& world, std::string_view format, const std::filesystem::path& file, double voxel_size_m = 1);
 
 struct Format {
   std::string name;                     // "vox"

@@ -173,10 +173,7 @@ Result<World> read_geotiff(const std::filesystem::path& path, const ImportOption
   TRY(const HeightGrid grid, read_with_gdal(path.string(), bytes));
   TRY(const ImportOptions::Window window, window_of(grid.columns, grid.rows, options, path.string()));
   add_height_facts(grid, report);
-  TRY(World world, land_from_heights(grid, window, path.string(), options, report));
-  world.metadata["format"] = "geotiff";
-  world.metadata["source"] = path.filename().string();
-  return world;
+  return land_from_heights(grid, window, "geotiff", path.string(), options, report);
 }
 
 #else

@@ -16,16 +16,15 @@ namespace {
 constexpr uint64_t kMaxFileBytes = uint64_t{1} << 26;
 
 void add_facts(const Elevation& elevation, const ElevationFacts& facts, uint64_t filled, ImportReport& report) {
-  const auto fact = [&](const char* name, const std::string& value) { report.facts.emplace_back(name, value); };
-  fact("posts", fmt::format("{0} x {0}", elevation.posts));
-  fact("south-west corner", fmt::format("{} {}", elevation.south, elevation.west));
-  fact("min m", std::to_string(facts.min));
-  fact("max m", std::to_string(facts.max));
-  fact("mean m", fmt::format("{:.6f}", facts.mean()));
-  fact("voids", std::to_string(facts.voids));
-  fact("voids filled", std::to_string(filled));
-  fact("zeros", std::to_string(facts.zeros));
-  fact("negative", std::to_string(facts.negative));
+  report.fact("posts", fmt::format("{0} x {0}", elevation.posts));
+  report.fact("south-west corner", fmt::format("{} {}", elevation.south, elevation.west));
+  report.fact("min m", std::to_string(facts.min));
+  report.fact("max m", std::to_string(facts.max));
+  report.fact("mean m", fmt::format("{:.6f}", facts.mean()));
+  report.fact("voids", std::to_string(facts.voids));
+  report.fact("voids filled", std::to_string(filled));
+  report.fact("zeros", std::to_string(facts.zeros));
+  report.fact("negative", std::to_string(facts.negative));
 }
 
 }  // namespace
@@ -58,8 +57,7 @@ Result<World> world_from_elevation(Elevation elevation, const std::string& name,
   grid.spacing_x = std::max(degree.east * degrees_per_post, 1e-3);  // nothing is left of it at the poles
   grid.sea = true;
   grid.beaches = facts.zeros > 0;
-  TRY(World world, land_from_heights(grid, window, name, options, report));
-  world.metadata["format"] = "hgt";
+  TRY(World world, land_from_heights(grid, window, "hgt", name, options, report));
   world.metadata["elevation.south_west"] = fmt::format("{} {}", elevation.south, elevation.west);
   return world;
 }
@@ -75,9 +73,7 @@ const Format& hgt_format() {
         TRY(const std::vector<uint8_t> bytes, read_file(path, kMaxFileBytes));
         const bool zipped = bytes.size() > 4 && bytes[0] == 'P' && bytes[1] == 'K' && bytes[2] == 3 && bytes[3] == 4;
         TRY(Elevation elevation, zipped ? parse_hgt_zip(bytes, path.string()) : parse_hgt(bytes, path.string()));
-        TRY(World world, world_from_elevation(std::move(elevation), path.string(), options, report));
-        world.metadata["source"] = path.filename().string();
-        return world;
+        return world_from_elevation(std::move(elevation), path.string(), options, report);
       },
       .write = nullptr,
   };

@@ -166,11 +166,10 @@ Result<World> read_litematic(const std::filesystem::path& path, const ImportOpti
   World world(standard_blocks());
   Translator translator(translation_table("minecraft"), *world.palette);
   BoxFiller filler(world.store, *file.budget);
-  const auto fact = [&](const std::string& key, const std::string& value) { report.facts.emplace_back(key, value); };
-  fact("version", std::to_string(litematic.version));
-  fact("data version", std::to_string(litematic.data_version));
-  if (litematic.total_blocks >= 0) fact("total blocks", std::to_string(litematic.total_blocks));
-  fact("regions", std::to_string(litematic.regions.size()));
+  report.fact("version", std::to_string(litematic.version));
+  report.fact("data version", std::to_string(litematic.data_version));
+  if (litematic.total_blocks >= 0) report.fact("total blocks", std::to_string(litematic.total_blocks));
+  report.fact("regions", std::to_string(litematic.regions.size()));
   uint32_t entities = 0, block_entities = 0;
   for (size_t i = 0; i < litematic.regions.size(); ++i) {
     const Region& region = litematic.regions[i];
@@ -178,17 +177,13 @@ Result<World> read_litematic(const std::filesystem::path& path, const ImportOpti
     entities += region.entities;
     block_entities += region.block_entities;
     if (i < 16) {
-      fact("region " + region.name,
-           fmt::format("{} x {} x {} at {} {} {}, palette {}", region.size[0], region.size[1], region.size[2],
-                       region.position[0], region.position[1], region.position[2], region.palette.size()));
+      report.fact("region " + region.name,
+                  fmt::format("{} x {} x {} at {} {} {}, palette {}", region.size[0], region.size[1], region.size[2],
+                              region.position[0], region.position[1], region.position[2], region.palette.size()));
     }
   }
   filler.finish();
-  fact("left behind", fmt::format("{} entities, {} block entities", entities, block_entities));
-  TRY_STATUS(translator.finish(world.store, options, name, report));
-  world.metadata["format"] = "litematic";
-  world.metadata["source"] = path.filename().string();
-  world.metadata["voxel_size_m"] = "1";
+  TRY_STATUS(translator.finish(world, "litematic", path, options, report, LeftBehind{entities, block_entities}));
   return world;
 }
 

@@ -8,8 +8,8 @@ namespace {
 
 Result<World> read_loam(const std::filesystem::path& path, const ImportOptions&, ImportReport& report) {
   TRY(const auto file, SaveFile::open(path, SaveFile::Access::read));
-  report.facts.emplace_back("save version", std::to_string(file->version()));
-  if (file->version() > 1) report.facts.emplace_back("saves so far", std::to_string(file->save_number()));
+  report.fact("save version", std::to_string(file->version()));
+  if (file->version() > 1) report.fact("saves so far", std::to_string(file->save_number()));
   return file->read_all();
 }
 

@@ -80,18 +80,14 @@ Result<World> read_luanti(const std::filesystem::path& given, const ImportOption
   if (!fill_from_cubes(std::move(cubes), translator.blocks(states), budget, world.store))
     return input_error(name + ": its blocks take more memory than a file of this size ever needs");
 
-  const auto fact = [&](const char* key, const std::string& value) { report.facts.emplace_back(key, value); };
-  fact("map blocks", std::to_string(rows.size()));
-  if (broken) fact("broken blocks", std::to_string(broken));
+  report.fact("map blocks", std::to_string(rows.size()));
+  if (broken) report.fact("broken blocks", std::to_string(broken));
   std::string text;
   for (const auto& [version, n] : version_counts)
     text += (text.empty() ? "" : ", ") + fmt::format("{} of version {}", n, version);
-  fact("versions", text);
-  fact("node names", std::to_string(states.texts().size()));
-  TRY_STATUS(translator.finish(world.store, options, name, report));
-  world.metadata["format"] = "luanti";
-  world.metadata["source"] = given.filename().string();
-  world.metadata["voxel_size_m"] = "1";
+  report.fact("versions", text);
+  report.fact("node names", std::to_string(states.texts().size()));
+  TRY_STATUS(translator.finish(world, "luanti", given, options, report));
   return world;
 }
 

@@ -60,24 +60,22 @@ std::vector<Cube> read_chunks(const mca::RegionFile& region, StateTable& states,
 }
 
 void add_facts(const Totals& totals, const StateTable& states, ImportReport& report) {
-  const auto fact = [&](const char* name, const std::string& value) { report.facts.emplace_back(name, value); };
   std::set<std::string_view> names;
   for (const std::string& text : states.texts())
     names.insert(std::string_view(text).substr(0, text.find(parse_numeric(text) ? ':' : '[')));
-  if (totals.files > 1) fact("region files", std::to_string(totals.files));
-  fact("data version", totals.min_version >= totals.max_version
-                           ? std::to_string(totals.max_version)
-                           : fmt::format("{} to {}", totals.min_version, totals.max_version));
-  fact("chunks", std::to_string(totals.chunks));
-  if (totals.broken) fact("broken chunks", std::to_string(totals.broken));
+  if (totals.files > 1) report.fact("region files", std::to_string(totals.files));
+  report.fact("data version", totals.min_version >= totals.max_version
+                                  ? std::to_string(totals.max_version)
+                                  : fmt::format("{} to {}", totals.min_version, totals.max_version));
+  report.fact("chunks", std::to_string(totals.chunks));
+  if (totals.broken) report.fact("broken chunks", std::to_string(totals.broken));
   std::string statuses;
   for (const auto& [status, n] : totals.statuses)
     statuses += (statuses.empty() ? "" : ", ") + fmt::format("{} {}", plain_name(status), n);
-  if (!statuses.empty()) fact("chunk states", statuses);
-  fact("sections", fmt::format("{} ({} with blocks)", totals.sections, totals.sections_with_blocks));
-  fact("block names", std::to_string(names.size()));
-  fact("block states", std::to_string(states.texts().size()));
-  fact("left behind", fmt::format("{} entities, {} block entities", totals.entities, totals.block_entities));
+  if (!statuses.empty()) report.fact("chunk states", statuses);
+  report.fact("sections", fmt::format("{} ({} with blocks)", totals.sections, totals.sections_with_blocks));
+  report.fact("block names", std::to_string(names.size()));
+  report.fact("block states", std::to_string(states.texts().size()));
   if (totals.broken > kMostWarnings)
     report.warnings.push_back(fmt::format("and {} more chunks are damaged", totals.broken - kMostWarnings));
 }
@@ -114,10 +112,8 @@ Result<World> read_mca(const std::filesystem::path& path, const ImportOptions& o
   }
   if (totals.broken && totals.sections_with_blocks == 0) return input_error(totals.first_problem);
   add_facts(totals, states, report);
-  TRY_STATUS(translator.finish(world.store, options, path.string(), report));
-  world.metadata["format"] = "mca";
-  world.metadata["source"] = path.filename().string();
-  world.metadata["voxel_size_m"] = "1";
+  TRY_STATUS(
+      translator.finish(world, "mca", path, options, report, LeftBehind{totals.entities, totals.block_entities}));
   world.metadata["mca.data_version"] = std::to_string(totals.max_version);
   return world;
 }

@@ -92,16 +92,12 @@ Result<World> read_mts(const std::filesystem::path& path, const ImportOptions& o
   if (!filled) return input_error(name + ": its nodes take more memory than a file of this size ever needs");
   filler.finish();
 
-  const auto fact = [&](const char* key, const std::string& value) { report.facts.emplace_back(key, value); };
-  fact("version", std::to_string(version));
-  fact("size", fmt::format("{} x {} x {}", size.x, size.y, size.z));
-  fact("node names", std::to_string(names.size()));
-  fact("placed by chance", std::to_string(sometimes));
-  fact("never placed", std::to_string(never));
-  TRY_STATUS(translator.finish(world.store, options, name, report));
-  world.metadata["format"] = "mts";
-  world.metadata["source"] = path.filename().string();
-  world.metadata["voxel_size_m"] = "1";
+  report.fact("version", std::to_string(version));
+  report.fact("size", fmt::format("{} x {} x {}", size.x, size.y, size.z));
+  report.fact("node names", std::to_string(names.size()));
+  report.fact("placed by chance", std::to_string(sometimes));
+  report.fact("never placed", std::to_string(never));
+  TRY_STATUS(translator.finish(world, "mts", path, options, report));
   return world;
 }
 

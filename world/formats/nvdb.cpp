@@ -16,9 +16,7 @@ const Format& nvdb_format() {
       .read = [](const std::filesystem::path& path, const ImportOptions& options,
                  ImportReport& report) -> Result<World> {
         TRY(const std::vector<uint8_t> bytes, read_file(path, uint64_t{1} << 33));
-        TRY(World world, world_from_nvdb(bytes, path.string(), report, options));
-        if (world.metadata.contains("vdb.grid")) world.metadata.emplace("source", path.filename().string());
-        return world;
+        return world_from_nvdb(bytes, path.string(), report, options);
       },
       .write = write_nvdb,
   };

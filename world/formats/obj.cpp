@@ -17,9 +17,7 @@ const Format& obj_format() {
         MeshReport read;
         MeshFileFacts facts;
         TRY(const TriangleMesh mesh, read_obj(bytes, path.string(), read, &facts));
-        TRY(World world, world_from_mesh(mesh, facts, read, path.string(), path.stem().string(), options, report));
-        world.metadata["source"] = path.filename().string();
-        return world;
+        return world_from_mesh(mesh, facts, read, path.string(), path.stem().string(), options, report);
       },
       .write = nullptr,
   };

@@ -14,9 +14,7 @@ const Format& pcd_format() {
                  ImportReport& report) -> Result<World> {
         TRY(const std::vector<uint8_t> bytes, read_file(path, uint64_t{1} << 32));
         TRY(const PointSet points, read_pcd(bytes, path.string()));
-        TRY(World world, world_from_points(points, bytes.size(), path.string(), path.stem().string(), options, report));
-        world.metadata["source"] = path.filename().string();
-        return world;
+        return world_from_points(points, bytes.size(), path.string(), path.stem().string(), options, report);
       },
       .write = nullptr,
   };

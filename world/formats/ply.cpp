@@ -30,9 +30,7 @@ const Format& ply_format() {
           TRY(const TriangleMesh mesh, read_ply(bytes, name, mesh_report, &facts));
           return world_from_mesh(mesh, facts, mesh_report, name, stem, options, report);
         };
-        TRY(World world, read());
-        world.metadata["source"] = path.filename().string();
-        return world;
+        return read();
       },
       .write = nullptr,
   };

@@ -86,17 +86,14 @@ Result<World> world_from_height_png(std::span<const uint8_t> bytes, const std::s
                     "--post-spacing says it",
                     grid.spacing_z));
   TRY(const ImportOptions::Window window, window_of(grid.columns, grid.rows, options, name));
-  const auto fact = [&](const char* key, const std::string& value) { report.facts.emplace_back(key, value); };
-  fact("kind", rgb ? "Terrain-RGB" : fmt::format("grey, {} bits", picture.bits));
+  report.fact("kind", rgb ? "Terrain-RGB" : fmt::format("grey, {} bits", picture.bits));
   if (!rgb) {
-    fact("raw min", std::to_string(least));
-    fact("raw max", std::to_string(greatest));
-    fact("raw sum", std::to_string(sum));
+    report.fact("raw min", std::to_string(least));
+    report.fact("raw max", std::to_string(greatest));
+    report.fact("raw sum", std::to_string(sum));
   }
   add_height_facts(grid, report);
-  TRY(World world, land_from_heights(grid, window, name, options, report));
-  world.metadata["format"] = "png_height";
-  return world;
+  return land_from_heights(grid, window, "png_height", name, options, report);
 }
 
 Status write_height_png_of(const World& world, const std::filesystem::path& path) {
@@ -154,9 +151,7 @@ const Format& png_height_format() {
       .read = [](const std::filesystem::path& path, const ImportOptions& options,
                  ImportReport& report) -> Result<World> {
         TRY(const std::vector<uint8_t> bytes, read_file(path, uint64_t{1} << 31));
-        TRY(World world, world_from_height_png(bytes, path.string(), options, report));
-        world.metadata["source"] = path.filename().string();
-        return world;
+        return world_from_height_png(bytes, path.string(), options, report);
       },
       .write = write_height_png_of,
   };

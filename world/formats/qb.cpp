@@ -183,26 +183,23 @@ Result<World> read_qb(const std::filesystem::path& path, const ImportOptions&, I
     return true;
   }));
 
-  const auto fact = [&](const std::string& key, const std::string& value) { report.facts.emplace_back(key, value); };
   const uint32_t v = second.header.version;
-  fact("version", fmt::format("{}.{}.{}.{}", v & 255, v >> 8 & 255, v >> 16 & 255, v >> 24));
-  fact("axes", second.header.axes ? "right-handed" : "left-handed");
-  fact("compressed", second.header.compressed ? "yes" : "no");
-  fact("visibility masks", second.header.masks ? "yes" : "no");
-  fact("matrices", std::to_string(second.matrices.size()));
+  report.fact("version", fmt::format("{}.{}.{}.{}", v & 255, v >> 8 & 255, v >> 16 & 255, v >> 24));
+  report.fact("axes", second.header.axes ? "right-handed" : "left-handed");
+  report.fact("compressed", second.header.compressed ? "yes" : "no");
+  report.fact("visibility masks", second.header.masks ? "yes" : "no");
+  report.fact("matrices", std::to_string(second.matrices.size()));
   uint64_t voxels = 0;
   for (const Matrix& m : second.matrices) voxels += m.voxels;
-  fact("voxels in matrices", std::to_string(voxels));
-  fact("colours used", std::to_string(colours.size()));
+  report.fact("voxels in matrices", std::to_string(voxels));
+  report.fact("colours used", std::to_string(colours.size()));
   for (size_t i = 0; i < std::min<size_t>(second.matrices.size(), 32); ++i) {
     const Matrix& m = second.matrices[i];
-    fact("matrix " + m.name, fmt::format("{} x {} x {} at {} {} {}, {} voxels", m.size[0], m.size[1], m.size[2],
-                                         m.pos[0], m.pos[1], m.pos[2], m.voxels));
+    report.fact("matrix " + m.name, fmt::format("{} x {} x {} at {} {} {}, {} voxels", m.size[0], m.size[1], m.size[2],
+                                                m.pos[0], m.pos[1], m.pos[2], m.voxels));
   }
   collector.move_into(world.store);
-  world.metadata["format"] = "qb";
-  world.metadata["source"] = path.filename().string();
-  world.metadata["voxel_size_m"] = "1";
+  set_origin(world, "qb", path);
   return world;
 }
 

@@ -64,6 +64,12 @@ std::string hint(const std::filesystem::path& path, const std::vector<std::strin
 
 }  // namespace
 
+void set_origin(World& world, std::string_view format, const std::filesystem::path& file, double voxel_size_m) {
+  world.metadata["format"] = format;
+  world.metadata["source"] = file.filename().string();
+  world.metadata["voxel_size_m"] = fmt::format("{:.9g}", voxel_size_m);
+}
+
 const std::vector<Format>& formats() {
   static const std::vector<Format> all = {
 #define FORMAT(name) name##_format(),

@@ -193,18 +193,14 @@ Result<World> read_schem(const std::filesystem::path& path, const ImportOptions&
       if (counts[static_cast<size_t>(index)]) report.states[state] += counts[static_cast<size_t>(index)];
   }
 
-  const auto fact = [&](const char* key, const std::string& value) { report.facts.emplace_back(key, value); };
-  fact("version", std::to_string(schematic.version));
-  fact("data version", schematic.data_version ? std::to_string(schematic.data_version) : "none");
-  fact("size", fmt::format("{} x {} x {}", size.x, size.y, size.z));
-  fact("offset", fmt::format("{} {} {}", schematic.offset.x, schematic.offset.y, schematic.offset.z));
-  fact("palette", std::to_string(schematic.palette.size()));
-  fact("palette names", std::to_string(names.size()));
-  fact("left behind", fmt::format("{} entities, {} block entities", schematic.entities, schematic.block_entities));
-  TRY_STATUS(translator.finish(world.store, options, name, report));
-  world.metadata["format"] = "schem";
-  world.metadata["source"] = path.filename().string();
-  world.metadata["voxel_size_m"] = "1";
+  report.fact("version", std::to_string(schematic.version));
+  report.fact("data version", schematic.data_version ? std::to_string(schematic.data_version) : "none");
+  report.fact("size", fmt::format("{} x {} x {}", size.x, size.y, size.z));
+  report.fact("offset", fmt::format("{} {} {}", schematic.offset.x, schematic.offset.y, schematic.offset.z));
+  report.fact("palette", std::to_string(schematic.palette.size()));
+  report.fact("palette names", std::to_string(names.size()));
+  TRY_STATUS(translator.finish(world, "schem", path, options, report,
+                               LeftBehind{schematic.entities, schematic.block_entities}));
   world.metadata["schem.offset"] = fmt::format("{} {} {}", schematic.offset.x, schematic.offset.y, schematic.offset.z);
   return world;
 }

@@ -98,16 +98,12 @@ Result<World> read_schematic(const std::filesystem::path& path, const ImportOpti
   if (!filled) return input_error(name + ": its blocks take more memory than a file of this size ever needs");
   filler.finish();
 
-  const auto fact = [&](const char* key, const std::string& value) { report.facts.emplace_back(key, value); };
-  fact("size", fmt::format("{} x {} x {}", size.x, size.y, size.z));
-  fact("block names", std::to_string(names.size()));
-  fact("block states", std::to_string(states));
-  if (!schematic.names.empty()) fact("named ids", std::to_string(schematic.names.size()));
-  fact("left behind", fmt::format("{} entities, {} block entities", schematic.entities, schematic.block_entities));
-  TRY_STATUS(translator.finish(world.store, options, name, report));
-  world.metadata["format"] = "schematic";
-  world.metadata["source"] = path.filename().string();
-  world.metadata["voxel_size_m"] = "1";
+  report.fact("size", fmt::format("{} x {} x {}", size.x, size.y, size.z));
+  report.fact("block names", std::to_string(names.size()));
+  report.fact("block states", std::to_string(states));
+  if (!schematic.names.empty()) report.fact("named ids", std::to_string(schematic.names.size()));
+  TRY_STATUS(translator.finish(world, "schematic", path, options, report,
+                               LeftBehind{schematic.entities, schematic.block_entities}));
   return world;
 }
 

@@ -292,22 +292,21 @@ void read_layers(const Loaded& loaded, const openvdb::GridBase& blocks, World& w
 }
 
 void add_facts(const VdbFacts& facts, const VdbGridFacts& grid, ImportReport& report) {
-  const auto fact = [&](const char* name, const std::string& value) { report.facts.emplace_back(name, value); };
-  fact("file version", std::to_string(facts.file_version));
-  fact("library", fmt::format("{}.{}", facts.library_major, facts.library_minor));
-  fact("grids", std::to_string(facts.grids.size()));
-  fact("grid", grid.name);
-  fact("type", grid.type + (grid.half ? ", half floats" : ""));
-  fact("class", grid.grid_class);
-  fact("active voxels", std::to_string(grid.active_voxels));
-  fact("leaf nodes", std::to_string(grid.leaf_nodes));
-  fact("active tiles", std::to_string(grid.active_tiles));
-  fact("voxel size", fmt::format("{:g} {:g} {:g}", grid.voxel_size.x, grid.voxel_size.y, grid.voxel_size.z));
-  if (grid.points) fact("points", std::to_string(grid.points));
+  report.fact("file version", std::to_string(facts.file_version));
+  report.fact("library", fmt::format("{}.{}", facts.library_major, facts.library_minor));
+  report.fact("grids", std::to_string(facts.grids.size()));
+  report.fact("grid", grid.name);
+  report.fact("type", grid.type + (grid.half ? ", half floats" : ""));
+  report.fact("class", grid.grid_class);
+  report.fact("active voxels", std::to_string(grid.active_voxels));
+  report.fact("leaf nodes", std::to_string(grid.leaf_nodes));
+  report.fact("active tiles", std::to_string(grid.active_tiles));
+  report.fact("voxel size", fmt::format("{:g} {:g} {:g}", grid.voxel_size.x, grid.voxel_size.y, grid.voxel_size.z));
+  if (grid.points) report.fact("points", std::to_string(grid.points));
   if (grid.values && grid.active_voxels) {
-    fact("min", fmt::format("{:g}", grid.values->min));
-    fact("max", fmt::format("{:g}", grid.values->max));
-    fact("mean", fmt::format("{:g}", grid.values->sum / static_cast<double>(grid.active_voxels)));
+    report.fact("min", fmt::format("{:g}", grid.values->min));
+    report.fact("max", fmt::format("{:g}", grid.values->max));
+    report.fact("mean", fmt::format("{:g}", grid.values->sum / static_cast<double>(grid.active_voxels)));
   }
 }
 
@@ -315,8 +314,8 @@ void add_facts(const VdbFacts& facts, const VdbGridFacts& grid, ImportReport& re
 
 namespace vdb {
 
-Result<World> world_from_grids(Loaded loaded, const std::string& name, const ImportOptions& options,
-                               ImportReport& report) {
+Result<World> world_from_grids(Loaded loaded, std::string_view format, const std::string& name,
+                               const ImportOptions& options, ImportReport& report) {
   for (const std::string& grid : loaded.unknown)
     report.warnings.push_back(fmt::format("the grid {} is of a type that is not read", grid));
   if (loaded.grids.empty())
@@ -350,7 +349,7 @@ Result<World> world_from_grids(Loaded loaded, const std::string& name, const Imp
       if (!blocks && shape && options.grid.empty()) {
         const Status added = add_part(other, of_other, grid, world, regions);
         if (!added) return named(added.error(), of_other.name);
-        report.facts.emplace_back("and grid", of_other.name);
+        report.fact("and grid", of_other.name);
       } else {
         report.warnings.push_back(fmt::format("the grid '{}' was left out; '{}' was read", of_other.name, facts.name));
       }
@@ -359,11 +358,10 @@ Result<World> world_from_grids(Loaded loaded, const std::string& name, const Imp
     return input_error(fmt::format("{}: grid '{}': {}", name, facts.name, e.what()));
   }
   if (!blocks) {
-    world.metadata["format"] = "vdb";
-    world.metadata["voxel_size_m"] = fmt::format("{:.9g}", facts.voxel_size.x);
+    set_origin(world, format, name, facts.voxel_size.x);
     world.metadata["vdb.grid"] = facts.name;
     world.metadata[kOriginKey] = fmt::format("{} {} {}", facts.origin.x, facts.origin.y, facts.origin.z);
-    report.facts.emplace_back("origin", fmt::format("{:g} {:g} {:g}", facts.origin.x, facts.origin.y, facts.origin.z));
+    report.fact("origin", fmt::format("{:g} {:g} {:g}", facts.origin.x, facts.origin.y, facts.origin.z));
   }
   for (auto& [r, region] : regions.built) world.store.adopt(std::move(region));
   return world;
@@ -374,7 +372,7 @@ Result<World> world_from_grids(Loaded loaded, const std::string& name, const Imp
 Result<World> world_from_vdb(std::span<const uint8_t> bytes, const std::string& name, ImportReport& report,
                              const ImportOptions& options) {
   TRY(Loaded loaded, load(bytes, name));
-  return world_from_grids(std::move(loaded), name, options, report);
+  return world_from_grids(std::move(loaded), "vdb", name, options, report);
 }
 
 const Format& vdb_format() {
@@ -390,9 +388,7 @@ const Format& vdb_format() {
       .read = [](const std::filesystem::path& path, const ImportOptions& options,
                  ImportReport& report) -> Result<World> {
         TRY(const std::vector<uint8_t> bytes, read_file(path, kMaxFileBytes));
-        TRY(World world, world_from_vdb(bytes, path.string(), report, options));
-        if (world.metadata.contains("vdb.grid")) world.metadata.emplace("source", path.filename().string());
-        return world;
+        return world_from_vdb(bytes, path.string(), report, options);
       },
       .write = write_vdb,
   };

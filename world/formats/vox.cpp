@@ -145,9 +145,8 @@ std::optional<Block> kept_block(const vox::Dictionary* material) {
   return one[1];
 }
 
-void add_metadata(World& world, const vox::File& file) {
-  world.metadata["format"] = "vox";
-  world.metadata["voxel_size_m"] = "1";
+void add_metadata(World& world, const vox::File& file, const std::string& name) {
+  set_origin(world, "vox", name);
   world.metadata["vox.version"] = std::to_string(file.version);
   const auto join = [](const vox::Dictionary& dictionary) {
     std::string all;
@@ -184,26 +183,25 @@ void add_facts(const vox::File& file, const std::vector<vox::Instance>& all, Imp
     hidden += instance.hidden;
     if (instance.hidden) hidden_parts[instance.name] += n;
   }
-  const auto fact = [&](const char* name, const std::string& value) { report.facts.emplace_back(name, value); };
-  fact("file version", std::to_string(file.version));
-  fact("models", std::to_string(file.models.size()));
-  fact("voxels", std::to_string(voxels));
-  fact("instances", fmt::format("{} ({} rotated, {} hidden)", all.size(), rotated, hidden));
-  fact("instanced voxels", std::to_string(instanced));
-  fact("palette", file.has_palette ? "RGBA" : "default");
-  if (file.pack) fact("PACK", std::to_string(*file.pack));
-  if (file.old_materials) fact("MATT", std::to_string(file.old_materials));
+  report.fact("file version", std::to_string(file.version));
+  report.fact("models", std::to_string(file.models.size()));
+  report.fact("voxels", std::to_string(voxels));
+  report.fact("instances", fmt::format("{} ({} rotated, {} hidden)", all.size(), rotated, hidden));
+  report.fact("instanced voxels", std::to_string(instanced));
+  report.fact("palette", file.has_palette ? "RGBA" : "default");
+  if (file.pack) report.fact("PACK", std::to_string(*file.pack));
+  if (file.old_materials) report.fact("MATT", std::to_string(file.old_materials));
   for (const auto& [part, n] : hidden_parts) {
     report.warnings.push_back(fmt::format("the hidden part '{}' ({} voxels) was found", printable(part), n));
     if (hidden_parts.size() <= kMaxMetadataEntries)
-      fact(("hidden part " + printable(part)).c_str(), fmt::format("{} voxels", n));
+      report.fact(("hidden part " + printable(part)).c_str(), fmt::format("{} voxels", n));
   }
   std::string skipped;
   for (const auto& [id, count] : file.unknown_chunks) {
     if (skipped.size() > kMaxMetadataBytes) break;
     skipped += (skipped.empty() ? "" : ", ") + fmt::format("{} {}", count, id);
   }
-  if (!skipped.empty()) fact("other chunks", skipped);
+  if (!skipped.empty()) report.fact("other chunks", skipped);
   if (file.trailing_bytes)
     report.warnings.push_back(fmt::format("{} bytes after the main chunk were skipped", file.trailing_bytes));
   if (file.version != 150 && file.version != 200) {
@@ -344,14 +342,14 @@ Result<World> world_from_vox(const vox::File& file, const std::string& name, con
           "{}: its voxels are scattered over more cubes of 8 x 8 x 8 than a file of this size ever needs", name));
     }
   }
-  report.facts.emplace_back("distinct voxels", std::to_string(collector.distinct()));
-  report.facts.emplace_back("colours used", std::to_string(colours));
+  report.fact("distinct voxels", std::to_string(collector.distinct()));
+  report.fact("colours used", std::to_string(colours));
   std::string materials;
   for (const auto& [type, count] : types)
     materials += (materials.empty() ? "" : ", ") + fmt::format("{} {}", printable(type), count);
-  report.facts.emplace_back("materials used", materials);
+  report.fact("materials used", materials);
   collector.move_into(world.store);
-  add_metadata(world, file);
+  add_metadata(world, file, name);
   return world;
 }
 
@@ -373,9 +371,7 @@ const Format& vox_format() {
                  ImportReport& report) -> Result<World> {
         TRY(const std::vector<uint8_t> bytes, read_file(path, kMaxFileBytes));
         TRY(const vox::File file, vox::parse(bytes, path.string()));
-        TRY(World world, world_from_vox(file, path.string(), options, report));
-        world.metadata["source"] = path.filename().string();
-        return world;
+        return world_from_vox(file, path.string(), options, report);
       },
       .write = write_vox,
       .losses = vox_losses,

@@ -113,6 +113,20 @@ TEST(EveryFormat, DamagedFilesEndInAWorldOrAnErrorThatNamesThem) {
   if (formats_tried == 0) GTEST_SKIP() << "skipped: no files of ../shared/data are on this machine";
 }
 
+TEST(EveryFormat, WorldsSayFromWhichFileTheyCameAndHowLargeAVoxelIs) {
+  for (const Format& format : formats()) {
+    const auto seed = format.read ? smallest_seed(format) : std::nullopt;
+    if (!seed) continue;
+    SCOPED_TRACE(format.name);
+    ImportReport report;
+    const auto world = format.read(*seed, {}, report);
+    ASSERT_TRUE(world) << world.error().message;
+    EXPECT_EQ(world->metadata.at("source"), seed->filename().string());
+    EXPECT_TRUE(world->metadata.contains("format"));
+    EXPECT_GT(std::stod(world->metadata.at("voxel_size_m")), 0);
+  }
+}
+
 TEST(EveryFormat, NamesAndExtensionsAreUniqueAndEachSaysWhatItIs) {
   std::map<std::string, std::string> readers;
   for (const Format& format : formats()) {

@@ -48,21 +48,35 @@ void expect_blocks(const json& facts, const World& world, const ImportReport& re
   EXPECT_EQ(world.store.voxel_count(), facts["nonair"]);
 }
 
-World read_counted(const std::filesystem::path& path, ImportReport& report) {
-  auto world = read_world(path, {.count_states = true}, report);
-  EXPECT_TRUE(world) << (world ? "" : world.error().message);
-  return world ? std::move(*world) : World();
-}
+/// A file of ../shared/data that was read, and what facts.json says of it.
+struct Imported {
+  std::filesystem::path path;
+  const json& facts;
+  World world;
+  ImportReport report;
+  std::string fact(const std::string& name) const { return world::fact(report, name); }
+};
 
-void for_each_fact(const std::string& prefix, const std::string& suffix,
-                   const std::function<void(const std::filesystem::path&, const json&)>& check, int files) {
+/// Reads each file whose name begins and ends so, and checks what holds for files of every game: its blocks voxel for
+/// voxel, and that all of them are known, but for those named; then what the caller checks.
+void for_each_file(const std::string& prefix, const std::string& suffix, int files,
+                   const std::function<void(const Imported&)>& check,
+                   const std::map<std::string, json>& unmapped_of = {}) {
   int found = 0;
   for (const auto& [name, facts] : shared_facts().items()) {
     if (!name.starts_with(prefix) || !name.ends_with(suffix)) continue;
     SCOPED_TRACE(name);
     const auto path = shared_data(name);
     ASSERT_TRUE(path);
-    check(*path, facts);
+    ImportReport report;
+    auto world = read_world(*path, {.count_states = true}, report);
+    ASSERT_TRUE(world) << world.error().message;
+    const Imported file{*path, facts, std::move(*world), std::move(report)};
+    if (facts.contains("hist")) expect_blocks(facts, file.world, file.report);
+    const auto unmapped = unmapped_of.find(name);
+    EXPECT_EQ(json(file.report.unmapped), unmapped == unmapped_of.end() ? json::object() : unmapped->second);
+    EXPECT_EQ(file.world.metadata.at("source"), path->filename().string());
+    check(file);
     ++found;
   }
   EXPECT_EQ(found, files);
@@ -134,12 +148,9 @@ int columns_at_stored_height(const ChunkTree& tree, int chunk_x, int chunk_z, co
   return agree;
 }
 
-void expect_region(const std::filesystem::path& path, const json& facts) {
-  ImportReport report;
-  const World world = read_counted(path, report);
-  expect_blocks(facts, world, report);
+void expect_region(const Imported& file) {
+  const auto& [path, facts, world, report] = file;
   EXPECT_TRUE(report.warnings.empty());
-  EXPECT_TRUE(report.unmapped.empty()) << report.unmapped.begin()->first;
   const VoxelBox box = world.store.bounds();
   EXPECT_EQ(box.min.y, facts["ymin"]);
   EXPECT_EQ(box.max.y, facts["ymax"]);
@@ -231,7 +242,7 @@ void expect_region(const std::filesystem::path& path, const json& facts) {
 
 TEST(Mca, FactsOfRealFilesHold) {
   if (shared_facts().is_null()) GTEST_SKIP();
-  for_each_fact("mca/", ".mca", expect_region, 7);
+  for_each_file("mca/", ".mca", 7, expect_region);
 }
 
 TEST(Mca, AFolderOfRegionsIsOneWorld) {
@@ -258,166 +269,133 @@ std::string left_behind(const json& entities, const json& block_entities) {
 
 TEST(Schem, FactsOfRealFilesHold) {
   if (shared_facts().is_null()) GTEST_SKIP();
-  for_each_fact(
-      "schem/", ".schem",
-      [](const std::filesystem::path& path, const json& facts) {
-        ImportReport report;
-        const World world = read_counted(path, report);
-        expect_blocks(facts, world, report);
-        EXPECT_TRUE(report.unmapped.empty()) << json(report.unmapped);
-        EXPECT_EQ(fact(report, "version"), facts["version"].is_null() ? "1" : facts["version"].dump());
-        EXPECT_EQ(fact(report, "data version"), facts["dataversion"].is_null() ? "none" : facts["dataversion"].dump());
-        EXPECT_EQ(fact(report, "size"), sides(facts["size_WHL"]));
-        EXPECT_EQ(fact(report, "palette"), facts["palette"].dump());
-        EXPECT_EQ(fact(report, "left behind"), left_behind(facts["entities"], facts["block_entities"]));
-        EXPECT_EQ(fact(report, "offset"), fmt::format("{} {} {}", facts["offset"][0].get<int>(),
-                                                      facts["offset"][1].get<int>(), facts["offset"][2].get<int>()));
-      },
-      5);
+  for_each_file("schem/", ".schem", 5, [](const Imported& file) {
+    const json& facts = file.facts;
+    EXPECT_EQ(file.fact("version"), facts["version"].is_null() ? "1" : facts["version"].dump());
+    EXPECT_EQ(file.fact("data version"), facts["dataversion"].is_null() ? "none" : facts["dataversion"].dump());
+    EXPECT_EQ(file.fact("size"), sides(facts["size_WHL"]));
+    EXPECT_EQ(file.fact("palette"), facts["palette"].dump());
+    EXPECT_EQ(file.fact("left behind"), left_behind(facts["entities"], facts["block_entities"]));
+    EXPECT_EQ(file.fact("offset"), fmt::format("{} {} {}", facts["offset"][0].get<int>(), facts["offset"][1].get<int>(),
+                                               facts["offset"][2].get<int>()));
+  });
 }
 
 TEST(Schematic, FactsOfRealFilesHold) {
   if (shared_facts().is_null()) GTEST_SKIP();
-  for_each_fact(
-      "schem/", ".schematic",
-      [](const std::filesystem::path& path, const json& facts) {
-        ImportReport report;
-        const World world = read_counted(path, report);
-        expect_blocks(facts, world, report);
-        EXPECT_TRUE(report.unmapped.empty()) << json(report.unmapped);
-        EXPECT_EQ(fact(report, "size"), sides(facts["size_WHL"]));
-        EXPECT_EQ(fact(report, "left behind"), left_behind(facts["entities"], facts["block_entities"]));
-        if (!facts["schematica_mapping"].is_null()) {
-          EXPECT_EQ(fact(report, "named ids"), facts["schematica_mapping"].dump());
-        }
-      },
-      2);
+  for_each_file("schem/", ".schematic", 2, [](const Imported& file) {
+    const json& facts = file.facts;
+    EXPECT_EQ(file.fact("size"), sides(facts["size_WHL"]));
+    EXPECT_EQ(file.fact("left behind"), left_behind(facts["entities"], facts["block_entities"]));
+    if (!facts["schematica_mapping"].is_null()) {
+      EXPECT_EQ(file.fact("named ids"), facts["schematica_mapping"].dump());
+    }
+  });
 }
 
 TEST(Litematic, FactsOfRealFilesHold) {
   if (shared_facts().is_null()) GTEST_SKIP();
-  for_each_fact(
-      "schem/", ".litematic",
-      [](const std::filesystem::path& path, const json& facts) {
-        ImportReport report;
-        const World world = read_counted(path, report);
-        expect_blocks(facts, world, report);
-        EXPECT_TRUE(report.unmapped.empty()) << json(report.unmapped);
-        EXPECT_EQ(fact(report, "version"), facts["version"].dump());
-        EXPECT_EQ(fact(report, "data version"), facts["dataversion"].dump());
-        EXPECT_EQ(fact(report, "total blocks"), facts["meta_total_blocks"].dump());
-        EXPECT_EQ(fact(report, "regions"), std::to_string(facts["regions"].size()));
-        int entities = 0, block_entities = 0;
-        for (const auto& [name, region] : facts["regions"].items()) {
-          const auto at = [&](const char* key, int a) { return region[key][static_cast<size_t>(a)].get<int>(); };
-          EXPECT_EQ(fact(report, "region " + plain_name(name)),
-                    fmt::format("{} x {} x {} at {} {} {}, palette {}", at("size", 0), at("size", 1), at("size", 2),
-                                at("pos", 0), at("pos", 1), at("pos", 2), region["palette"].get<int>()));
-          entities += region["entities"].get<int>();
-          block_entities += region["tile_entities"].get<int>();
-          // Where a negative size reaches: no voxel lies outside.
-          const VoxelBox box = world.store.bounds();
-          for (int a = 0; a < 3; ++a) {
-            const int low = at("pos", a) + std::min(at("size", a) + 1, 0);
-            EXPECT_GE(box.min[a], low);
-            EXPECT_LT(box.max[a], low + std::abs(at("size", a)));
-          }
-        }
-        EXPECT_EQ(fact(report, "left behind"), left_behind(entities, block_entities));
-      },
-      4);
+  for_each_file("schem/", ".litematic", 4, [](const Imported& file) {
+    const json& facts = file.facts;
+    EXPECT_EQ(file.fact("version"), facts["version"].dump());
+    EXPECT_EQ(file.fact("data version"), facts["dataversion"].dump());
+    EXPECT_EQ(file.fact("total blocks"), facts["meta_total_blocks"].dump());
+    EXPECT_EQ(file.fact("regions"), std::to_string(facts["regions"].size()));
+    int entities = 0, block_entities = 0;
+    for (const auto& [name, region] : facts["regions"].items()) {
+      const auto at = [&](const char* key, int a) { return region[key][static_cast<size_t>(a)].get<int>(); };
+      EXPECT_EQ(file.fact("region " + plain_name(name)),
+                fmt::format("{} x {} x {} at {} {} {}, palette {}", at("size", 0), at("size", 1), at("size", 2),
+                            at("pos", 0), at("pos", 1), at("pos", 2), region["palette"].get<int>()));
+      entities += region["entities"].get<int>();
+      block_entities += region["tile_entities"].get<int>();
+      // Where a negative size reaches: no voxel lies outside.
+      const VoxelBox box = file.world.store.bounds();
+      for (int a = 0; a < 3; ++a) {
+        const int low = at("pos", a) + std::min(at("size", a) + 1, 0);
+        EXPECT_GE(box.min[a], low);
+        EXPECT_LT(box.max[a], low + std::abs(at("size", a)));
+      }
+    }
+    EXPECT_EQ(file.fact("left behind"), left_behind(entities, block_entities));
+  });
 }
 
 // ---- Luanti and Qubicle ----------------------------------------------------------------------------------------
 
 TEST(Mts, FactsOfRealFilesHold) {
   if (shared_facts().is_null()) GTEST_SKIP();
-  for_each_fact(
-      "luanti/", ".mts",
-      [](const std::filesystem::path& path, const json& facts) {
-        ImportReport report;
-        const World world = read_counted(path, report);
-        expect_blocks(facts, world, report);
-        EXPECT_TRUE(report.unmapped.empty()) << json(report.unmapped);
-        EXPECT_EQ(fact(report, "version"), facts["version"].dump());
-        EXPECT_EQ(fact(report, "size"), sides(facts["size_XYZ"]));
-        EXPECT_EQ(fact(report, "node names"), std::to_string(facts["names"].size()));
-        EXPECT_EQ(fact(report, "never placed"), facts["prob_zero"].dump());
-        EXPECT_EQ(fact(report, "placed by chance"),
-                  std::to_string(facts["prob_lt_always"].get<int>() - facts["prob_zero"].get<int>()));
-      },
-      6);
+  for_each_file("luanti/", ".mts", 6, [](const Imported& file) {
+    const json& facts = file.facts;
+    EXPECT_EQ(file.fact("version"), facts["version"].dump());
+    EXPECT_EQ(file.fact("size"), sides(facts["size_XYZ"]));
+    EXPECT_EQ(file.fact("node names"), std::to_string(facts["names"].size()));
+    EXPECT_EQ(file.fact("never placed"), facts["prob_zero"].dump());
+    EXPECT_EQ(file.fact("placed by chance"),
+              std::to_string(facts["prob_lt_always"].get<int>() - facts["prob_zero"].get<int>()));
+  });
 }
 
 TEST(Luanti, FactsOfRealFilesHold) {
   if (shared_facts().is_null()) GTEST_SKIP();
-  for_each_fact(
-      "luanti/", ".sqlite",
-      [](const std::filesystem::path& path, const json& facts) {
-        ImportReport report;
-        const World world = read_counted(path, report);
-        expect_blocks(facts, world, report);
-        // Of 46 nodes two belong to mods of that server.
-        const json unmapped =
-            path.stem() == "map2" ? json{{"protector:protect", 1}, {"travelnet:travelnet", 1}} : json::object();
-        EXPECT_EQ(json(report.unmapped), unmapped);
-        EXPECT_EQ(fact(report, "map blocks"), facts["blocks"].dump());
-        MemoryBudget budget(std::filesystem::file_size(path));
-        const auto rows = luanti::read_rows(path, budget);
-        ASSERT_TRUE(rows) << rows.error().message;
-        uint64_t bytes = 0;
-        VoxelBox blocks;
-        std::map<std::string, int> versions;
-        for (const luanti::StoredBlock& row : *rows) {
-          bytes += row.bytes.size();
-          ++versions[std::to_string(row.bytes[0])];
-          blocks.include(VoxelPos{row.pos[0], row.pos[1], row.pos[2]});
-        }
-        EXPECT_EQ(bytes, facts["data_bytes"]);
-        EXPECT_EQ(json(versions), facts["versions"]);
-        EXPECT_EQ(json({blocks.min.x, blocks.min.y, blocks.min.z}), facts["pos_min"]);
-        EXPECT_EQ(json({blocks.max.x, blocks.max.y, blocks.max.z}), facts["pos_max"]);
-        std::array<uint64_t, 16> day{}, night{};
-        const Status read = luanti::read_map_light(path, [&](std::array<int, 3>, std::span<const uint8_t> light) {
-          for (const uint8_t both : light) ++day[both & 15], ++night[both >> 4];
-        });
-        ASSERT_TRUE(read) << read.error().message;
-        EXPECT_EQ(json(day), facts["day_hist"]);
-        EXPECT_EQ(json(night), facts["night_hist"]);
-      },
-      2);
+  for_each_file("luanti/", ".sqlite", 2,
+                [](const Imported& file) {
+                  const std::filesystem::path& path = file.path;
+                  const json& facts = file.facts;
+                  EXPECT_EQ(file.fact("map blocks"), facts["blocks"].dump());
+                  MemoryBudget budget(std::filesystem::file_size(path));
+                  const auto rows = luanti::read_rows(path, budget);
+                  ASSERT_TRUE(rows) << rows.error().message;
+                  uint64_t bytes = 0;
+                  VoxelBox blocks;
+                  std::map<std::string, int> versions;
+                  for (const luanti::StoredBlock& row : *rows) {
+                    bytes += row.bytes.size();
+                    ++versions[std::to_string(row.bytes[0])];
+                    blocks.include(VoxelPos{row.pos[0], row.pos[1], row.pos[2]});
+                  }
+                  EXPECT_EQ(bytes, facts["data_bytes"]);
+                  EXPECT_EQ(json(versions), facts["versions"]);
+                  EXPECT_EQ(json({blocks.min.x, blocks.min.y, blocks.min.z}), facts["pos_min"]);
+                  EXPECT_EQ(json({blocks.max.x, blocks.max.y, blocks.max.z}), facts["pos_max"]);
+                  std::array<uint64_t, 16> day{}, night{};
+                  const Status read =
+                      luanti::read_map_light(path, [&](std::array<int, 3>, std::span<const uint8_t> light) {
+                        for (const uint8_t both : light) ++day[both & 15], ++night[both >> 4];
+                      });
+                  ASSERT_TRUE(read) << read.error().message;
+                  EXPECT_EQ(json(day), facts["day_hist"]);
+                  EXPECT_EQ(json(night), facts["night_hist"]);
+                },
+                // Of 46 nodes two belong to mods of that server.
+                {{"luanti/map2.sqlite", {{"protector:protect", 1}, {"travelnet:travelnet", 1}}}});
 }
 
 TEST(Qb, FactsOfRealFilesHold) {
   if (shared_facts().is_null()) GTEST_SKIP();
-  for_each_fact(
-      "qb/", ".qb",
-      [](const std::filesystem::path& path, const json& facts) {
-        ImportReport report;
-        const auto world = read_world(path, {}, report);
-        ASSERT_TRUE(world) << world.error().message;
-        EXPECT_EQ(fact(report, "version"), facts["version"]);
-        EXPECT_EQ(fact(report, "axes"), facts["zOrient"] == 1 ? "right-handed" : "left-handed");
-        EXPECT_EQ(fact(report, "compressed"), facts["compressed"] == 1 ? "yes" : "no");
-        EXPECT_EQ(fact(report, "visibility masks"), facts["visMask"] == 1 ? "yes" : "no");
-        EXPECT_EQ(fact(report, "matrices"), std::to_string(facts["matrices"].size()));
-        uint64_t voxels = 0;
-        VoxelBox box;
-        for (const json& m : facts["matrices"]) {
-          voxels += m["voxels"].get<uint64_t>();
-          const auto at = [&](const char* key, int a) { return m[key][static_cast<size_t>(a)].get<int>(); };
-          EXPECT_EQ(fact(report, "matrix " + plain_name(m["name"].get<std::string>())),
-                    fmt::format("{} x {} x {} at {} {} {}, {} voxels", at("size", 0), at("size", 1), at("size", 2),
-                                at("pos", 0), at("pos", 1), at("pos", 2), m["voxels"].get<int>()));
-          box.include(VoxelPos{at("pos", 0), at("pos", 1), at("pos", 2)});
-          box.include(VoxelPos{at("pos", 0) + at("size", 0) - 1, at("pos", 1) + at("size", 1) - 1,
-                               at("pos", 2) + at("size", 2) - 1});
-        }
-        EXPECT_EQ(fact(report, "voxels in matrices"), std::to_string(voxels));
-        EXPECT_LE(world->store.voxel_count(), voxels);
-        EXPECT_TRUE(box.contains(world->store.bounds().min) && box.contains(world->store.bounds().max));
-      },
-      2);
+  for_each_file("qb/", ".qb", 2, [](const Imported& file) {
+    const json& facts = file.facts;
+    EXPECT_EQ(file.fact("version"), facts["version"]);
+    EXPECT_EQ(file.fact("axes"), facts["zOrient"] == 1 ? "right-handed" : "left-handed");
+    EXPECT_EQ(file.fact("compressed"), facts["compressed"] == 1 ? "yes" : "no");
+    EXPECT_EQ(file.fact("visibility masks"), facts["visMask"] == 1 ? "yes" : "no");
+    EXPECT_EQ(file.fact("matrices"), std::to_string(facts["matrices"].size()));
+    uint64_t voxels = 0;
+    VoxelBox box;
+    for (const json& m : facts["matrices"]) {
+      voxels += m["voxels"].get<uint64_t>();
+      const auto at = [&](const char* key, int a) { return m[key][static_cast<size_t>(a)].get<int>(); };
+      EXPECT_EQ(file.fact("matrix " + plain_name(m["name"].get<std::string>())),
+                fmt::format("{} x {} x {} at {} {} {}, {} voxels", at("size", 0), at("size", 1), at("size", 2),
+                            at("pos", 0), at("pos", 1), at("pos", 2), m["voxels"].get<int>()));
+      box.include(VoxelPos{at("pos", 0), at("pos", 1), at("pos", 2)});
+      box.include(VoxelPos{at("pos", 0) + at("size", 0) - 1, at("pos", 1) + at("size", 1) - 1,
+                           at("pos", 2) + at("size", 2) - 1});
+    }
+    EXPECT_EQ(file.fact("voxels in matrices"), std::to_string(voxels));
+    EXPECT_LE(file.world.store.voxel_count(), voxels);
+    EXPECT_TRUE(box.contains(file.world.store.bounds().min) && box.contains(file.world.store.bounds().max));
+  });
 }
 
 }  // namespace

@@ -69,9 +69,9 @@ TEST(Translation, WhatNoRuleKnowsBecomesAPlaceholderThatIsCounted) {
   batch.set({1, 2, 3}, unknown);
   ASSERT_TRUE(world.store.apply(batch));
   ImportReport report;
-  EXPECT_TRUE(translator.finish(world.store, {}, "a.mca", report));
+  EXPECT_TRUE(translator.finish(world, "mca", "a.mca", {}, report));
   EXPECT_EQ(report.unmapped, (std::map<std::string, uint64_t>{{"thatmod:strange__thing_", 1}}));
-  const Status strict = translator.finish(world.store, {.strict = true}, "a.mca", report);
+  const Status strict = translator.finish(world, "mca", "a.mca", {.strict = true}, report);
   ASSERT_FALSE(strict);
   EXPECT_EQ(strict.error().kind, ErrorKind::input_output);
 }

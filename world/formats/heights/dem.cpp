@@ -188,11 +188,10 @@ Result<World> world_from_dem(const DemFile& dem, const std::string& name, const 
     grid.latitude = std::clamp(0.5 * (south + north) * unit / 111000, 0.0, 84.0);
   }
   TRY(const ImportOptions::Window window, window_of(grid.columns, grid.rows, options, name));
-  report.facts.emplace_back("name", dem.name);
-  report.facts.emplace_back("profiles", std::to_string(dem.profiles.size()));
+  report.fact("name", dem.name);
+  report.fact("profiles", std::to_string(dem.profiles.size()));
   add_height_facts(grid, report);
-  TRY(World world, land_from_heights(grid, window, name, options, report));
-  world.metadata["format"] = "dem";
+  TRY(World world, land_from_heights(grid, window, "dem", name, options, report));
   world.metadata["elevation.name"] = dem.name;
   return world;
 }

@@ -267,21 +267,19 @@ void add_height_facts(const HeightGrid& grid, ImportReport& report) {
     lowest = std::min(lowest, h), highest = std::max(highest, h), sum += h;
     ++posts;
   }
-  const auto fact = [&](const char* name, const std::string& value) { report.facts.emplace_back(name, value); };
-  fact("posts", fmt::format("{} x {}", grid.columns, grid.rows));
-  fact("with heights", std::to_string(posts));
-  fact("min m", fmt::format("{:g}", lowest));
-  fact("max m", fmt::format("{:g}", highest));
-  fact("mean m", fmt::format("{:.6f}", posts ? sum / static_cast<double>(posts) : 0));
+  report.fact("posts", fmt::format("{} x {}", grid.columns, grid.rows));
+  report.fact("with heights", std::to_string(posts));
+  report.fact("min m", fmt::format("{:g}", lowest));
+  report.fact("max m", fmt::format("{:g}", highest));
+  report.fact("mean m", fmt::format("{:.6f}", posts ? sum / static_cast<double>(posts) : 0));
 }
 
-Result<World> land_from_heights(const HeightGrid& grid, const ImportOptions::Window& window, const std::string& name,
-                                const ImportOptions& options, ImportReport& report) {
+Result<World> land_from_heights(const HeightGrid& grid, const ImportOptions::Window& window, std::string_view format,
+                                const std::string& name, const ImportOptions& options, ImportReport& report) {
   TRY(const Plan plan, make_plan(grid, window, name, options));
-  const auto fact = [&](const char* key, const std::string& value) { report.facts.emplace_back(key, value); };
-  fact("window", fmt::format("{} {} {} {}", window.column, window.row, window.width, window.height));
-  fact("metres per voxel", fmt::format("{:.6g}", plan.metres));
-  fact("columns", fmt::format("{} x {}", plan.size_x, plan.size_z));
+  report.fact("window", fmt::format("{} {} {} {}", window.column, window.row, window.width, window.height));
+  report.fact("metres per voxel", fmt::format("{:.6g}", plan.metres));
+  report.fact("columns", fmt::format("{} x {}", plan.size_x, plan.size_z));
 
   World world(standard_blocks());
   const Ground blocks(*world.palette);
@@ -296,7 +294,7 @@ Result<World> land_from_heights(const HeightGrid& grid, const ImportOptions::Win
       for (RegionBuilder& region : square) world.store.adopt(std::move(region));
     }
   }
-  world.metadata["voxel_size_m"] = fmt::format("{:.9g}", plan.metres);
+  set_origin(world, format, name, plan.metres);
   world.metadata["elevation.window"] =
       fmt::format("{} {} {} {}", window.column, window.row, window.width, window.height);
   world.metadata["elevation.vertical_scale"] = fmt::format("{:g}", plan.vertical_scale);

@@ -41,9 +41,10 @@ struct HeightGrid {
 /// The part of `columns` x `rows` posts that the options ask for; `name` is for errors.
 Result<ImportOptions::Window> window_of(int columns, int rows, const ImportOptions& options, const std::string& name);
 
-/// `window` is the part of the grid that becomes land. Adds the facts of what was made.
-Result<World> land_from_heights(const HeightGrid& grid, const ImportOptions::Window& window, const std::string& name,
-                                const ImportOptions& options, ImportReport& report);
+/// `window` is the part of the grid that becomes land. Adds the facts of what was made. `format` and `name`, of the
+/// file, are for the metadata and for errors.
+Result<World> land_from_heights(const HeightGrid& grid, const ImportOptions::Window& window, std::string_view format,
+                                const std::string& name, const ImportOptions& options, ImportReport& report);
 
 /// Least, greatest and mean height, and the number of posts, as facts for the table.
 void add_height_facts(const HeightGrid& grid, ImportReport& report);

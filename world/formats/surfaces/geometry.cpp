@@ -31,12 +31,6 @@ Result<BlockId> white_block(World& world, const std::string& name) {
 
 std::string text_of(const Vec3d& v) { return fmt::format("{:g} {:g} {:g}", v.x, v.y, v.z); }
 
-void describe(World& world, const char* format, double size, ImportReport& report) {
-  world.metadata["format"] = format;
-  world.metadata["voxel_size_m"] = fmt::format("{:.9g}", size);
-  report.facts.emplace_back("voxel size", fmt::format("{:g}", size));
-}
-
 Status check_size(const ShapeBox& bounds, double size, const std::string& name) {
   const double furthest = std::max(glm::length(bounds.min), glm::length(bounds.max)) / size;
   if (furthest < kWorldBorder / 2) return {};
@@ -103,14 +97,14 @@ Result<World> world_from_mesh(const TriangleMesh& mesh, const MeshFileFacts& fac
       mesh_shape(mesh, {.shell = options.shell, .thickness = options.shell ? sampling.voxel_size_m : 0}, shape_report);
   const bool z_up = options.up == ImportOptions::Up::z;
   TRY(World world, sampled_world(*shape, "mesh:" + stem, z_up ? y_up_from_z_up() : glm::dmat3(1.0), sampling, name));
-  describe(world, "mesh", sampling.voxel_size_m, report);
-  const auto fact = [&](const char* key, const std::string& value) { report.facts.emplace_back(key, value); };
-  fact("vertices", std::to_string(facts.vertices));
-  fact("faces", std::to_string(facts.faces));
-  fact("triangles", std::to_string(shape_report.triangles));
-  fact("edges", std::to_string(shape_report.edges));
-  fact("bounds", text_of(bounds.min) + " .. " + text_of(bounds.max));
-  fact("filled as", options.shell ? "shell" : "solid");
+  set_origin(world, "mesh", name, sampling.voxel_size_m);
+  report.fact("voxel size", fmt::format("{:g}", sampling.voxel_size_m));
+  report.fact("vertices", std::to_string(facts.vertices));
+  report.fact("faces", std::to_string(facts.faces));
+  report.fact("triangles", std::to_string(shape_report.triangles));
+  report.fact("edges", std::to_string(shape_report.edges));
+  report.fact("bounds", text_of(bounds.min) + " .. " + text_of(bounds.max));
+  report.fact("filled as", options.shell ? "shell" : "solid");
   if (read.degenerate)
     report.warnings.push_back(fmt::format("{} triangles have no area and were left out", read.degenerate));
   if (shape_report.holes_closed)
@@ -158,12 +152,12 @@ Result<World> world_from_points(const PointSet& points, uint64_t file_bytes, con
     }
     collector.move_into(world.store);
   }
-  describe(world, "points", size, report);
-  const auto fact = [&](const char* key, const std::string& value) { report.facts.emplace_back(key, value); };
-  fact("points", std::to_string(points.positions.size() + points.not_finite));
-  fact("finite", std::to_string(points.positions.size()));
-  fact("centroid", text_of(sum / static_cast<double>(points.positions.size())));
-  fact("bounds", text_of(bounds.min) + " .. " + text_of(bounds.max));
+  set_origin(world, "points", name, size);
+  report.fact("voxel size", fmt::format("{:g}", size));
+  report.fact("points", std::to_string(points.positions.size() + points.not_finite));
+  report.fact("finite", std::to_string(points.positions.size()));
+  report.fact("centroid", text_of(sum / static_cast<double>(points.positions.size())));
+  report.fact("bounds", text_of(bounds.min) + " .. " + text_of(bounds.max));
   return world;
 }
 

@@ -365,17 +365,23 @@ BlockId Translator::placeholder(const std::string& name) {
   return *id;
 }
 
-Status Translator::finish(const Store& store, const ImportOptions& options, std::string_view file,
-                          ImportReport& report) const {
+Status Translator::finish(World& world, std::string_view format, const std::filesystem::path& file,
+                          const ImportOptions& options, ImportReport& report,
+                          const std::optional<LeftBehind>& left_behind) const {
+  set_origin(world, format, file);
+  if (left_behind) {
+    report.fact("left behind",
+                fmt::format("{} entities, {} block entities", left_behind->entities, left_behind->block_entities));
+  }
   if (placeholders_.empty()) return {};
-  for (const auto& [id, count] : store.census())
+  for (const auto& [id, count] : world.store.census())
     if (const auto found = placeholders_.find(id); found != placeholders_.end())
       report.unmapped[found->second] += count;
   if (!options.strict || report.unmapped.empty()) return {};
   return input_error(fmt::format(
       "{}: {} kinds of block have no match, the first is '{}'; add a row to world/formats/translation, or leave "
       "--strict out to get placeholders",
-      file, report.unmapped.size(), report.unmapped.begin()->first));
+      file.string(), report.unmapped.size(), report.unmapped.begin()->first));
 }
 
 std::string plain_name(std::string_view bytes) {

@@ -65,6 +65,11 @@ std::string foreign_name(const TranslationTable& table, std::string_view loam_na
 /// "loam:NAME", and then the file must define the block, if anything is to know what it is.
 std::string written_state(const TranslationTable& table, const Block& block);
 
+/// What files of games hold beside blocks, and worlds don't.
+struct LeftBehind {
+  size_t entities = 0, block_entities = 0;
+};
+
 /// Translates the states of one file into the palette of one world.
 class Translator {
  public:
@@ -78,8 +83,10 @@ class Translator {
   /// Names a numeric id whose meaning the file itself gives.
   void name_id(int id, std::string name) { id_names_[id] = std::move(name); }
 
-  /// Adds the voxels of placeholders to the table; an error where they must not be.
-  Status finish(const Store& store, const ImportOptions& options, std::string_view file, ImportReport& report) const;
+  /// How every reader of a game's files ends: the table says what was left behind and how many voxels are placeholders
+  /// (an error where they must not be), and the metadata say where the world came from. A voxel is a metre.
+  Status finish(World& world, std::string_view format, const std::filesystem::path& file, const ImportOptions& options,
+                ImportReport& report, const std::optional<LeftBehind>& left_behind = {}) const;
 
  private:
   BlockId placeholder(const std::string& name);

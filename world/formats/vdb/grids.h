@@ -50,8 +50,8 @@ Result<Loaded> load(std::span<const uint8_t> bytes, std::string_view name);
 /// Goes over all values of a grid once: checks them, and fills what `facts` says of them. The sentence says what is
 /// wrong. False where the type is not known.
 Result<bool> survey_grid(const openvdb::GridBase& grid, VdbGridFacts& facts);
-Result<World> world_from_grids(Loaded loaded, const std::string& name, const ImportOptions& options,
-                               ImportReport& report);
+Result<World> world_from_grids(Loaded loaded, std::string_view format, const std::string& name,
+                               const ImportOptions& options, ImportReport& report);
 
 // ---- maps to the world ----
 /// Whether voxels are cubes along the axes of the world, with no mirror.

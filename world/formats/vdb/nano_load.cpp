@@ -465,8 +465,8 @@ Result<Loaded> load_nano(std::span<const uint8_t> bytes, const std::string& name
     loaded.facts.grids.push_back(std::move(facts));
     loaded.grids.push_back(std::move(*grid));
   }
-  report.facts.emplace_back("NanoVDB version", directory.facts.version);
-  report.facts.emplace_back("codec", directory.facts.codec);
+  report.fact("NanoVDB version", directory.facts.version);
+  report.fact("codec", directory.facts.codec);
   return loaded;
 }
 
@@ -482,7 +482,7 @@ Result<World> world_from_nvdb(std::span<const uint8_t> bytes, const std::string&
                               const ImportOptions& options) {
   try {
     TRY(vdb::Loaded loaded, vdb::load_nano(bytes, name, report));
-    return vdb::world_from_grids(std::move(loaded), name, options, report);
+    return vdb::world_from_grids(std::move(loaded), "nvdb", name, options, report);
   } catch (const std::exception& e) {
     return input_error(fmt::format("{}: OpenVDB cannot hold it: {}", name, e.what()));
   }
