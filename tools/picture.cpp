@@ -39,14 +39,15 @@ world::Vec3d spline(const world::Vec3d& a, const world::Vec3d& b, const world::V
 
 }  // namespace
 
-world::Result<render::RenderKnobs> resolve_knobs(const std::string& accuracy, const world::Scene& scene,
+world::Result<render::RenderKnobs> resolve_knobs(const std::string& accuracy,
+                                                 const std::map<std::string, std::string>& of_the_world,
                                                  const std::vector<std::string>& environment_settings,
                                                  const std::vector<std::string>& flag_settings) {
   TRY(const world::Accuracy preset, world::accuracy_from_name(accuracy));
   render::RenderKnobs knobs = render::render_knobs().preset(preset);
-  for (const auto& [name, value] : scene.knobs) {
+  for (const auto& [name, value] : of_the_world) {
     const world::Status set = render::render_knobs().set(knobs, name, value);
-    if (!set.ok()) return world::input_error("scene " + scene.name + ": " + set.error().message);
+    if (!set.ok()) return world::input_error("the scene's knobs: " + set.error().message);
   }
   TRY_STATUS(set_all(knobs, environment_settings));
   TRY_STATUS(set_all(knobs, flag_settings));
@@ -120,10 +121,9 @@ nlohmann::json report_json(const render::FrameReport& report, const world::World
   return j;
 }
 
-render::Camera camera_on_path(const world::Scene& scene, const world::World& world, const render::Camera& start,
-                              int frame, int frames) {
+render::Camera camera_on_path(const world::World& world, const render::Camera& start, int frame, int frames) {
   const double turn = static_cast<double>(frame % frames) / frames;
-  const size_t n = scene.cameras.size();
+  const size_t n = world.cameras.size();
   render::Camera camera = start;
   if (n < 2) {
     const world::VoxelBox box = world.store.bounds();
@@ -140,7 +140,7 @@ render::Camera camera_on_path(const world::Scene& scene, const world::World& wor
   }
   const double at = turn * static_cast<double>(n);
   const size_t leg = static_cast<size_t>(at);
-  const auto key = [&](size_t i) -> const world::CameraPlacement& { return scene.cameras[(leg + n + i - 1) % n]; };
+  const auto key = [&](size_t i) -> const world::CameraPlacement& { return world.cameras[(leg + n + i - 1) % n]; };
   const world::WorldPoint base = key(1).position;
   const auto offset = [&](size_t i) { return key(i).position - base; };
   const double t = at - static_cast<double>(leg);

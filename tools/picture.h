@@ -1,6 +1,7 @@
 /// One picture from the command line: which knobs hold, which backend draws it, and what is written into its file.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -14,8 +15,10 @@
 
 namespace tools {
 
-/// Presets first, then the scene's knobs, then the environment's, then the flags': each overrides the one before.
-world::Result<render::RenderKnobs> resolve_knobs(const std::string& accuracy, const world::Scene& scene,
+/// Presets first, then those of the scene or world, then the environment's, then the flags': each overrides the one
+/// before.
+world::Result<render::RenderKnobs> resolve_knobs(const std::string& accuracy,
+                                                 const std::map<std::string, std::string>& of_the_world,
                                                  const std::vector<std::string>& environment_settings,
                                                  const std::vector<std::string>& flag_settings);
 
@@ -37,10 +40,9 @@ world::Status check_picture_path(const std::string& path);
 
 nlohmann::json report_json(const render::FrameReport& report, const world::World& world);
 
-/// The camera at `frame` of a closed walk of `frames`: through the scene's cameras in order, or, where there are fewer
+/// The camera at `frame` of a closed walk of `frames`: through the world's cameras in order, or, where there are fewer
 /// than two, once around the middle of the world.
-render::Camera camera_on_path(const world::Scene& scene, const world::World& world, const render::Camera& start,
-                              int frame, int frames);
+render::Camera camera_on_path(const world::World& world, const render::Camera& start, int frame, int frames);
 
 /// Of 16 digits.
 std::string hash_text(uint64_t hash);

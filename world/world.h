@@ -10,6 +10,7 @@
 #include "world/luminaires/luminaire.h"
 #include "world/media/medium.h"
 #include "world/meshes/mesh.h"
+#include "world/scenes/camera.h"
 #include "world/scenes/environment.h"
 #include "world/store/store.h"
 
@@ -26,6 +27,8 @@ struct World {
   std::vector<Luminaire> luminaires;
   std::vector<Medium> media;
   std::vector<MeshInstance> meshes;
+  std::vector<CameraPlacement> cameras;         // the first is meant where none is named
+  std::map<std::string, std::string> knobs;     // of pictures of it: name -> value, below those of the command line
   std::map<std::string, std::string> metadata;  // source, seed, voxel_size_m, ...
 };
 

@@ -25,7 +25,7 @@ Result<std::shared_ptr<const SightLines>> SightLines::make(const world::Scene& s
   TRY(render::TraceScene traced, render::TraceScene::build(lines->view_));
   lines->scene_ = std::make_unique<const render::TraceScene>(std::move(traced));
   lines->lights_ = std::make_unique<const render::LightSet>(render::LightSet::build(*lines->scene_));
-  TRY(const world::CameraPlacement placement, world::scene_camera(scene, lines->world_, ""));
+  TRY(const world::CameraPlacement placement, world::camera_of(lines->world_, ""));
   const render::Camera camera = render::Camera::from(placement);
   const render::PixelRays pixels(camera, width, height);
   render::Tracer tracer(*lines->scene_);

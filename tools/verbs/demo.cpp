@@ -36,17 +36,17 @@ world::Result<int> run_demo(const std::string& scene_name, const std::string& fo
   if (failed)
     return world::input_error(folder + ": the folder for the pictures could not be made: " + failed.message());
   TRY(const world::Scene scene, world::load_scene(scene_name));
-  TRY(const render::RenderKnobs knobs, resolve_knobs("usual", scene, {}, {}));
   std::printf("%s: %s\n", scene.name.c_str(), scene.what.c_str());
 
   Stopwatch generate;
   world::ImportReport report;
   TRY(const world::World world, build_picture_world(scene, report));
+  TRY(const render::RenderKnobs knobs, resolve_knobs("usual", world.knobs, {}, {}));
   const world::VoxelBox box = world.store.bounds();
   print_row("generate", generate.ms(),
             world::with_thousands(world.store.voxel_count()) + " voxels, " +
                 world::bytes_text(double(world.store.bytes_memory())));
-  TRY(const world::CameraPlacement placement, world::scene_camera(scene, world, ""));
+  TRY(const world::CameraPlacement placement, world::camera_of(world, ""));
   const render::Camera camera = render::Camera::from(placement);
   const uint64_t hash = world.store.content_hash();
   const world::WorldView view(world);

@@ -78,7 +78,9 @@ nlohmann::json info_json(const world::World& world, const world::ImportReport& r
 void print_info(const nlohmann::json& j, bool effects) {
   const auto number = [&](const char* key) { return world::with_thousands(j[key].get<uint64_t>()); };
   std::printf("voxels        %s (not air)\n", number("voxels").c_str());
-  if (!j["bounds"].is_null())
+  if (j["bounds"].is_null())
+    std::printf("bounds        none: the world is empty\n");
+  else
     std::printf("bounds        (%d, %d, %d) .. (%d, %d, %d), inclusive\n", j["bounds"]["min"][0].get<int>(),
                 j["bounds"]["min"][1].get<int>(), j["bounds"]["min"][2].get<int>(), j["bounds"]["max"][0].get<int>(),
                 j["bounds"]["max"][1].get<int>(), j["bounds"]["max"][2].get<int>());

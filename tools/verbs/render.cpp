@@ -64,9 +64,9 @@ std::string frame_path(const std::string& pattern, int frame) {
   return pattern.substr(0, first) + fmt::format("{:0{}}", frame, last - first) + pattern.substr(last);
 }
 
-world::Result<render::Camera> choose_camera(const RenderOptions& options, const world::Scene& scene,
-                                            const world::World& world, std::string& name) {
-  TRY(const world::CameraPlacement placement, world::scene_camera(scene, world, options.camera));
+world::Result<render::Camera> choose_camera(const RenderOptions& options, const world::World& world,
+                                            std::string& name) {
+  TRY(const world::CameraPlacement placement, world::camera_of(world, options.camera));
   render::Camera camera = render::Camera::from(placement);
   name = placement.name;
   const auto point = [](const std::vector<double>& v) { return world::WorldPoint::from(v[0], v[1], v[2]); };
@@ -85,10 +85,22 @@ world::Result<render::Camera> choose_camera(const RenderOptions& options, const 
 }
 
 /// Whether a scene, the environment or a flag says what the knob is.
-bool sets_knob(const RenderOptions& options, const world::Scene& scene, const std::string& knob) {
+bool sets_knob(const RenderOptions& options, const std::map<std::string, std::string>& of_the_world,
+               const std::string& knob) {
   const auto names = [&](const std::string& setting) { return setting.starts_with(knob + "="); };
-  return scene.knobs.contains(knob) || std::any_of(options.settings.begin(), options.settings.end(), names) ||
+  return of_the_world.contains(knob) || std::any_of(options.settings.begin(), options.settings.end(), names) ||
          std::any_of(options.environment_settings.begin(), options.environment_settings.end(), names);
+}
+
+world::Result<render::RenderKnobs> choose_knobs(const RenderOptions& options,
+                                                const std::map<std::string, std::string>& of_the_world) {
+  TRY(render::RenderKnobs knobs,
+      resolve_knobs(options.accuracy, of_the_world, options.environment_settings, options.settings));
+  if (options.backend == "reference" && !sets_knob(options, of_the_world, "spp"))
+    knobs.spp = options.error > 0 ? kMostSamples : kReferenceSamples;
+  if (options.backend == "raster" && knobs.spp != 1)
+    return world::usage_error("--spp other than 1 needs a backend that takes samples: raycast or reference");
+  return knobs;
 }
 
 /// While it lives, the first Ctrl-C only asks to stop: a picture by samples ends with those that it has.
@@ -118,20 +130,19 @@ world::Result<int> run_render(const RenderOptions& options) {
   const world::ThreadLimit limit(options.threads);
   TRY(const std::unique_ptr<render::Backend> backend, make_backend(options.backend));
   TRY(const world::Scene scene, world::load_scene(options.scene));
-  TRY(render::RenderKnobs knobs,
-      resolve_knobs(options.accuracy, scene, options.environment_settings, options.settings));
-  if (options.backend == "reference" && !sets_knob(options, scene, "spp"))
-    knobs.spp = options.error > 0 ? kMostSamples : kReferenceSamples;
-  if (options.backend == "raster" && knobs.spp != 1)
-    return world::usage_error("--spp other than 1 needs a backend that takes samples: raycast or reference");
+  // Before the work: settings that can't be should not cost a world.
+  TRY_STATUS(choose_knobs(options, scene.knobs));
   world::ImportReport imported;
   Progress progress;
   progress.stage("building the world of " + scene.name);
   TRY(const world::World world, build_picture_world(scene, imported));
   progress.stage("");
   for (const std::string& warning : imported.warnings) std::cerr << "warning: " << warning << '\n';
+  if (world.store.voxel_count() == 0 && world.meshes.empty() && world.media.empty())
+    std::cerr << "warning: the world is empty: there is nothing but sky to see\n";
+  TRY(const render::RenderKnobs knobs, choose_knobs(options, world.knobs));
   std::string camera_name;
-  TRY(const render::Camera start, choose_camera(options, scene, world, camera_name));
+  TRY(const render::Camera start, choose_camera(options, world, camera_name));
   const uint64_t hash = world.store.content_hash();
   const world::WorldView view(world);
   const StopOnInterrupt stop;
@@ -146,7 +157,7 @@ world::Result<int> run_render(const RenderOptions& options) {
   nlohmann::json reports = nlohmann::json::array();
   for (int frame = first; frame <= last; ++frame) {
     const bool moving = !options.frames.empty();
-    const render::Camera camera = moving ? camera_on_path(scene, world, start, frame, kLapFrames) : start;
+    const render::Camera camera = moving ? camera_on_path(world, start, frame, kLapFrames) : start;
     render::PictureText text = picture_text(scene, camera_name, camera, knobs, options.backend, hash);
     sampling.picture = text;
     for (const char* other : {"knobs", "commit"}) sampling.picture.erase(other);  // the film has the knobs themselves

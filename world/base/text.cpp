@@ -1,6 +1,7 @@
 #include "world/base/text.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdio>
 
 namespace world {
@@ -28,6 +29,44 @@ std::string nearest_text(std::string_view text, const std::vector<std::string>& 
     if (d < best_distance) best_distance = d, best = c;
   }
   return best;
+}
+
+namespace {
+
+/// The length of the UTF-8 sequence that the text begins with, 1 to 4; 0 where there is none.
+size_t utf8_length(std::string_view text) {
+  const auto byte = [&](size_t i) { return static_cast<uint8_t>(text[i]); };
+  const size_t length = byte(0) < 0x80 ? 1 : byte(0) < 0xc2 ? 0 : byte(0) < 0xe0 ? 2 : byte(0) < 0xf0 ? 3 : 4;
+  if (length == 0 || byte(0) > 0xf4 || length > text.size()) return 0;
+  uint32_t point = length == 1 ? byte(0) : byte(0) & (0x7fu >> length);
+  for (size_t i = 1; i < length; ++i) {
+    if ((byte(i) & 0xc0) != 0x80) return 0;
+    point = point << 6 | (byte(i) & 0x3fu);
+  }
+  const bool overlong = (length == 3 && point < 0x800) || (length == 4 && point < 0x10000);
+  return overlong || point > 0x10ffff || (point >= 0xd800 && point < 0xe000) ? 0 : length;
+}
+
+}  // namespace
+
+std::string toml_text(std::string_view text) {
+  std::string quoted = "\"";
+  while (!text.empty()) {
+    const size_t length = utf8_length(text);
+    const auto first = static_cast<uint8_t>(text[0]);
+    if (length == 0) {
+      quoted += "\xef\xbf\xbd";
+    } else if (first < 0x20 || first == 0x7f) {
+      char escaped[8];
+      std::snprintf(escaped, sizeof escaped, "\\u%04X", first);
+      quoted += escaped;
+    } else {
+      if (first == '"' || first == '\\') quoted += '\\';
+      quoted += text.substr(0, length);
+    }
+    text.remove_prefix(std::max<size_t>(length, 1));
+  }
+  return quoted + '"';
 }
 
 std::string with_thousands(unsigned long long n) {

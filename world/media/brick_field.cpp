@@ -109,6 +109,27 @@ void BrickField::make_table() {
   }
 }
 
+void BrickField::for_each_leaf(FunctionRef<void(const FieldLeaf&)> visit) const {
+  std::vector<std::pair<RegionPos, uint32_t>> regions(region_numbers_.begin(), region_numbers_.end());
+  std::sort(regions.begin(), regions.end());
+  FieldLeaf leaf;
+  for (const auto& [at, number] : regions)
+    for (int i = 0; i < kLeavesPerRegion; ++i) {
+      const uint32_t brick = regions_[number].bricks[static_cast<size_t>(i)];
+      if (brick == kNone) continue;
+      leaf.leaf = leaf_from_region(at) + leaf_offset_in_region(i);
+      const float* const samples = &samples_[size_t{brick} * static_cast<size_t>(edge_ * edge_ * edge_)];
+      bool any = false;
+      for (int v = 0; v < kLeafVoxels; ++v) {
+        const VoxelPos o = offset_in_leaf(v);
+        const float value = samples[(o.x * edge_ + o.y) * edge_ + o.z];
+        leaf.values[static_cast<size_t>(v)] = value;
+        any |= value > 0;
+      }
+      if (any) visit(leaf);  // else only what lies in the next leaf
+    }
+}
+
 size_t BrickField::bytes() const {
   return region_table_.capacity() * sizeof(uint32_t) + samples_.capacity() * sizeof(float) +
          largest_of_.capacity() * sizeof(float) + regions_.capacity() * sizeof(Region) + region_numbers_.size() * 32;

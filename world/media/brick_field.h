@@ -19,12 +19,6 @@
 
 namespace world {
 
-/// 8^3 samples at voxel_from_leaf(leaf), in the order of index_in_leaf.
-struct FieldLeaf {
-  LeafPos leaf;
-  std::array<float, kLeafVoxels> values;
-};
-
 class BrickField final : public DensityField {
  public:
   /// Each leaf at most once. Fails where a value is negative or not finite (`name` says whose it is), or where there
@@ -41,6 +35,7 @@ class BrickField final : public DensityField {
   void pieces(const Vec3d& origin, const Vec3d& direction, double t0, double t1,
               FunctionRef<bool(double end, double largest)> visit) const override;
   size_t bytes() const override;
+  void for_each_leaf(FunctionRef<void(const FieldLeaf&)> visit) const override;
   size_t bricks() const { return largest_of_.size(); }
 
  private:

@@ -6,6 +6,7 @@
 /// sections 14.7.4, 14.10.3
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -18,6 +19,12 @@
 #include "world/units/quantity.h"
 
 namespace world {
+
+/// 8^3 samples at voxel_from_leaf(leaf), in the order of index_in_leaf.
+struct FieldLeaf {
+  LeafPos leaf;
+  std::array<float, kLeafVoxels> values;
+};
 
 /// A density that varies from place to place: an OpenVDB layer, a table. In [0, max()], 0 outside the bounds. Free for
 /// any number of threads. Points and lines are in its own voxels, t counts in lengths of the direction.
@@ -36,6 +43,8 @@ class DensityField {
   virtual void pieces(const Vec3d& origin, const Vec3d& direction, double t0, double t1,
                       FunctionRef<bool(double end, double largest)> visit) const = 0;
   virtual size_t bytes() const = 0;
+  /// Calls visit for each leaf that holds a density above 0, always in the same order.
+  virtual void for_each_leaf(FunctionRef<void(const FieldLeaf&)> visit) const = 0;
 };
 
 /// Between the centres of voxels: the voxel's own value, or the mean of the eight around weighed by their distance.

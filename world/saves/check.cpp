@@ -180,8 +180,19 @@ Status write_repaired(const std::filesystem::path& path, const std::filesystem::
                       CheckReport& report) {
   TRY(const BlockPalette palette, palette_of(path, salvage, report));
   World frame(palette);
+  TRY(SalvagedRows rows, SalvagedRows::open(path, salvage));
+  AssetReader assets(
+      [&](int64_t key, size_t number) -> Result<std::string> {
+        const auto found = salvage.assets.find(key);
+        if (found != salvage.assets.end())
+          for (const uint64_t where : found->second)
+            if (Result<std::string> bytes = rows.read_asset(where, key, number); bytes.ok()) return bytes;
+        return input_error("an asset is missing");
+      },
+      16 * salvage.pages * salvage.page_bytes);
   for (const auto& [key, value] : salvage.meta)
-    if (!read_meta_row(frame, key, value)) report.lost.push_back(fmt::format("the entry \"{}\"", key.substr(0, 60)));
+    if (!read_meta_row(frame, key, value, path.string(), assets).ok())
+      report.lost.push_back(fmt::format("the entry \"{}\"", key.substr(0, 60)));
   std::vector<std::string> names;
   for (size_t id = 0; id < palette.size(); ++id) names.push_back(palette[static_cast<BlockId>(id)].name);
 
@@ -190,7 +201,6 @@ Status write_repaired(const std::filesystem::path& path, const std::filesystem::
   TRY_STATUS(transaction->put_meta(meta_of(frame)));
   for (size_t id = 1; id < palette.size(); ++id)
     TRY_STATUS(transaction->put_block(static_cast<BlockId>(id), palette[static_cast<BlockId>(id)]));
-  TRY(SalvagedRows rows, SalvagedRows::open(path, salvage));
   report.regions = report.voxels = 0;
   for (const auto& [key, where] : salvage.rows) {
     TRY(RegionRow row, rows.read(where));

@@ -1,10 +1,11 @@
-// A world's surroundings and metadata as the rows of the table `meta`, and back.
 #include "world/saves/meta.h"
 
 #include <charconv>
 #include <cmath>
 
 #include <fmt/format.h>
+
+#include "world/saves/surroundings.h"
 
 namespace world {
 
@@ -21,28 +22,7 @@ bool parse_three(const std::string& text, double (&out)[3]) {
   return at == end;
 }
 
-}  // namespace
-
-std::map<std::string, std::string> meta_of(const World& world) {
-  const auto three = [](auto a, auto b, auto c) { return fmt::format("{} {} {}", a, b, c); };
-  const Environment& e = world.environment;
-  std::map<std::string, std::string> rows{
-      {"environment.sun_direction", three(e.sun_direction.x, e.sun_direction.y, e.sun_direction.z)},
-      {"environment.sun_irradiance", three(e.sun_irradiance.r, e.sun_irradiance.g, e.sun_irradiance.b)},
-      {"environment.sky_zenith", three(e.sky_zenith.r, e.sky_zenith.g, e.sky_zenith.b)},
-      {"environment.sky_horizon", three(e.sky_horizon.r, e.sky_horizon.g, e.sky_horizon.b)},
-      {"environment.sky_ground", three(e.sky_ground.r, e.sky_ground.g, e.sky_ground.b)}};
-  for (const auto& [key, value] : world.metadata) rows["metadata." + key] = value;
-  return rows;
-}
-
-bool read_meta_row(World& world, const std::string& key, const std::string& text) {
-  if (key.starts_with("metadata.")) {
-    world.metadata[key.substr(9)] = text;
-    return true;
-  }
-  if (key.starts_with("save.")) return true;
-  Environment& e = world.environment;
+bool read_environment(Environment& e, const std::string& key, const std::string& text) {
   double v[3];
   if (!parse_three(text, v)) return false;
   const auto bands = [&](auto& field) {
@@ -58,6 +38,35 @@ bool read_meta_row(World& world, const std::string& key, const std::string& text
   if (key == "environment.sky_horizon") return bands(e.sky_horizon);
   if (key == "environment.sky_ground") return bands(e.sky_ground);
   return false;
+}
+
+}  // namespace
+
+Meta meta_of(const World& world) {
+  const auto three = [](auto a, auto b, auto c) { return fmt::format("{} {} {}", a, b, c); };
+  const Environment& e = world.environment;
+  Meta meta;
+  meta.rows = {{"environment.sun_direction", three(e.sun_direction.x, e.sun_direction.y, e.sun_direction.z)},
+               {"environment.sun_irradiance", three(e.sun_irradiance.r, e.sun_irradiance.g, e.sun_irradiance.b)},
+               {"environment.sky_zenith", three(e.sky_zenith.r, e.sky_zenith.g, e.sky_zenith.b)},
+               {"environment.sky_horizon", three(e.sky_horizon.r, e.sky_horizon.g, e.sky_horizon.b)},
+               {"environment.sky_ground", three(e.sky_ground.r, e.sky_ground.g, e.sky_ground.b)}};
+  for (const auto& [key, value] : world.metadata) meta.rows["metadata." + key] = value;
+  put_surroundings(world, meta.rows, meta.assets);
+  return meta;
+}
+
+Status read_meta_row(World& world, const std::string& key, const std::string& text, const std::string& where,
+                     AssetReader& assets) {
+  if (key.starts_with("metadata.")) {
+    world.metadata[key.substr(9)] = text;
+    return {};
+  }
+  if (key.starts_with("save.")) return {};
+  if (key.starts_with("scene.")) return read_surroundings(world, key, text, where, assets);
+  if (read_environment(world.environment, key, text)) return {};
+  return input_error(fmt::format("{}: the entry \"{}\" = \"{}\" is not three numbers in their range", where,
+                                 key.substr(0, 60), text.substr(0, 60)));
 }
 
 }  // namespace world

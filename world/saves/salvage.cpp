@@ -9,6 +9,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "world/saves/assets.h"
 #include "world/saves/database.h"
 #include "world/saves/schema.h"
 
@@ -228,6 +229,17 @@ Result<RegionRow> SalvagedRows::read(uint64_t where) {
   return input_error("a row changed while it was being read");
 }
 
+Result<std::string> SalvagedRows::read_asset(uint64_t where, int64_t key, size_t number) {
+  File& file = *file_;
+  file.read(where / file.page_bytes + 1, file.page);
+  if (const auto payload = file.payload(file.page, where % file.page_bytes, true, nullptr))
+    if (const auto values = parse_record(*payload); values && are(*values, "ntb")) {
+      TRY(std::string bytes, unpack_asset((*values)[1].bytes, (*values)[2].bytes));
+      if (asset_key(bytes, number) == key) return bytes;
+    }
+  return input_error("an asset differs from its hash");
+}
+
 Result<Salvage> salvage_save(const std::filesystem::path& path) {
   Salvage found;
   found.page_bytes = kSavePageBytes;
@@ -243,7 +255,8 @@ Result<Salvage> salvage_save(const std::filesystem::path& path) {
     file.page_bytes = stated;
   found.page_bytes = file.page_bytes;
   found.pages = file.pages();
-  found.is_marked = big_endian(page.data() + 68, 4) == kApplicationId;
+  const std::vector<uint8_t> header(page.begin(), page.begin() + kFileHeaderBytes);
+  found.is_marked = big_endian(header.data() + 68, 4) == kApplicationId;
 
   struct Newest {
     int64_t save;
@@ -265,6 +278,8 @@ Result<Salvage> salvage_save(const std::filesystem::path& path) {
       found.palette[rowid] = {v[1].bytes, v[2].bytes};
     } else if (are(v, "ntt") && rowid > 0 && rowid < static_cast<int64_t>(kMaxBlocks)) {
       found.palette.try_emplace(rowid, v[1].bytes, v[2].bytes);  // of version 1: no hash
+    } else if (are(v, "ntb")) {
+      found.assets[rowid].push_back(where);
     } else if (are(v, "tt")) {
       std::string& value = found.meta[v[0].bytes];
       // A page that was given up may hold an older number.
@@ -293,6 +308,10 @@ Result<Salvage> salvage_save(const std::filesystem::path& path) {
         if (const auto key = key_of(*values)) named.insert(*key);
     }
   }
+  // The header says more than rows, which are the same in versions 2 and 3.
+  if (const uint64_t version = big_endian(header.data() + 60, 4);
+      found.is_marked && version >= 1 && version <= static_cast<uint64_t>(kSaveVersion))
+    found.version = static_cast<int>(version);
   if (const auto number = found.meta.find("save.number"); number != found.meta.end())
     found.save_number = std::atoll(number->second.c_str());
   for (const auto& [key, candidates] : whole) {

@@ -25,6 +25,7 @@ struct Salvage {
   std::set<RowKey> lost;            // named by the index or by a damaged row, but not whole anywhere
   std::map<int64_t, std::pair<std::string, std::string>> palette;  // id -> name, properties as TOML
   std::map<std::string, std::string> meta;
+  std::map<int64_t, std::vector<uint64_t>> assets;  // key -> where cells lie; not checked against it yet
 };
 
 /// Memory is bounded by the number of rows and one row's payload. Fails only where the file cannot be read.
@@ -35,6 +36,8 @@ class SalvagedRows {
  public:
   static Result<SalvagedRows> open(const std::filesystem::path& path, const Salvage& salvage);
   Result<RegionRow> read(uint64_t where);
+  /// A part of an asset, checked against its key.
+  Result<std::string> read_asset(uint64_t where, int64_t key, size_t number);
 
  private:
   friend Result<Salvage> salvage_save(const std::filesystem::path& path);

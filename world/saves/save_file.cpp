@@ -1,6 +1,7 @@
 #include "world/saves/save_file.h"
 
 #include <algorithm>
+#include <set>
 
 #include <fmt/format.h>
 #include <sqlite3.h>
@@ -16,6 +17,8 @@ namespace {
 
 constexpr const char* kRowColumns2 = "layer, x, y, z, save, voxels, census, codec, hash, bytes";
 constexpr const char* kRowColumns1 = "layer, x, y, z, 0, voxels, '', 'stream', hash, bytes";
+// What assets may take in memory: as all that is read, a multiple of the file and a constant.
+constexpr uint64_t kAssetBytesPerByte = 16, kAssetBytesBeside = 256 << 20;
 constexpr int kCacheKib = 4 * 1024;  // pages of a save that may stay in memory before they go to the file
 
 std::string row_text(Layer layer, RegionPos p) {
@@ -68,16 +71,6 @@ Status read_palette(const Database& db, int version, World& world) {
   }
 }
 
-Status read_meta(const Database& db, World& world) {
-  TRY(Statement s, Statement::prepare(db, "SELECT key, value FROM meta ORDER BY key"));
-  while (true) {
-    TRY(const bool there, s.next());
-    if (!there) return {};
-    if (!read_meta_row(world, s.text(0), s.text(1)))
-      return db.broken("the entry \"" + s.text(0) + "\" = \"" + s.text(1) + "\" is not three numbers in their range");
-  }
-}
-
 Status check_digest(const Database& db) {
   TRY(Statement s, Statement::prepare(db, "SELECT value FROM meta WHERE key = 'save.digest'"));
   TRY(const bool there, s.next());
@@ -109,8 +102,8 @@ Result<std::unique_ptr<SaveFile>> SaveFile::open(const std::filesystem::path& pa
   }
   TRY_STATUS(file->db_.run("PRAGMA journal_mode=DELETE; PRAGMA synchronous=EXTRA"));
   TRY_STATUS(file->begin_editing());
-  if (file->version_ == 1) {
-    TRY_STATUS(file->upgrade());
+  if (file->version_ < kSaveVersion) {
+    TRY_STATUS(file->version_ == 1 ? file->upgrade_from_1() : file->upgrade_from_2());
     TRY_STATUS(file->begin_editing());
   }
   TRY(file->save_number_, read_save_number(file->db_));
@@ -147,13 +140,13 @@ Status SaveFile::begin_editing() {
   return begun;
 }
 
-Status SaveFile::upgrade() {
+Status SaveFile::upgrade_from_1() {
   World frame;
   TRY_STATUS(read_palette(db_, 1, frame));
   TRY_STATUS(
       db_.run("ALTER TABLE region RENAME TO region_of_version_1;"
               "ALTER TABLE palette RENAME TO palette_of_version_1"));
-  for (const char* table : tables_of_version(2).subspan(1)) TRY_STATUS(db_.run(table));
+  for (const char* table : tables_of_version(kSaveVersion).subspan(1)) TRY_STATUS(db_.run(table));
   TRY(Statement palette, Statement::prepare(db_, "INSERT INTO palette VALUES (?1, ?2, ?3, ?4)"));
   for (size_t id = 1; id < frame.palette->size(); ++id) {
     const Block& block = (*frame.palette)[static_cast<BlockId>(id)];
@@ -205,14 +198,53 @@ Status SaveFile::upgrade() {
   return {};
 }
 
+Status SaveFile::upgrade_from_2() {
+  TRY_STATUS(
+      db_.run(fmt::format("{}; PRAGMA user_version={}; COMMIT", tables_of_version(kSaveVersion).back(), kSaveVersion)));
+  version_ = kSaveVersion;
+  return {};
+}
+
 // ---- reading ---------------------------------------------------------------------------------------------------
+
+Status SaveFile::read_meta(World& world) {
+  std::optional<Statement> find_part;
+  if (version_ > 2) {
+    TRY(find_part, Statement::prepare(db_, "SELECT codec, bytes FROM asset WHERE key=?1"));
+  }
+  const auto read_part = [&](int64_t key, size_t number) -> Result<std::string> {
+    const std::string name = fmt::format("the asset {:016x}", static_cast<uint64_t>(key));
+    if (!find_part) return input_error(name + " is missing: saves of this version have none");
+    find_part->bind(1, key);
+    TRY(const bool there, find_part->next());
+    if (!there) {
+      find_part->reset();
+      return input_error(name + " is missing");
+    }
+    Result<std::string> bytes = unpack_asset(find_part->text(0), find_part->blob(1));
+    find_part->reset();
+    if (!bytes.ok()) return input_error(name + " is damaged: " + bytes.error().message);
+    if (asset_key(*bytes, number) != key) return input_error(name + " is damaged: it differs from its hash");
+    return bytes;
+  };
+  std::error_code error;
+  const uint64_t file_bytes = std::filesystem::file_size(db_.path(), error);
+  AssetReader assets(read_part, kAssetBytesBeside + kAssetBytesPerByte * (error ? 0 : file_bytes));
+  TRY(Statement s, Statement::prepare(db_, "SELECT key, value FROM meta ORDER BY key"));
+  while (true) {
+    TRY(const bool there, s.next());
+    if (!there) return {};
+    TRY_STATUS(read_meta_row(world, s.text(0), s.text(1), db_.path(), assets));
+  }
+}
 
 Result<World> SaveFile::read_frame() {
   const std::lock_guard lock(mutex_);
   World world;
   TRY_STATUS(read_palette(db_, version_, world));
-  TRY_STATUS(read_meta(db_, world));
+  // Before what the digest vouches for is understood.
   if (version_ > 1) TRY_STATUS(check_digest(db_));
+  TRY_STATUS(read_meta(world));
   return world;
 }
 
@@ -401,12 +433,43 @@ Status SaveFile::Transaction::remove(Layer layer, RegionPos pos) {
   return s.finish();
 }
 
-Status SaveFile::Transaction::put_meta(const std::map<std::string, std::string>& all) {
+Status SaveFile::Transaction::put_meta(const Meta& meta) {
   TRY_STATUS(file_.db_.run("DELETE FROM meta WHERE key NOT LIKE 'save.%'"));
   TRY(Statement s, Statement::prepare(file_.db_, "INSERT INTO meta VALUES (?1, ?2)"));
-  for (const auto& [key, value] : all) {
+  for (const auto& [key, value] : meta.rows) {
     s.bind(1, key), s.bind(2, value);
     TRY_STATUS(s.finish());
+  }
+  return put_assets(meta);
+}
+
+Status SaveFile::Transaction::put_assets(const Meta& meta) {
+  std::set<int64_t> there, named;
+  {
+    TRY(Statement s, Statement::prepare(file_.db_, "SELECT key FROM asset"));
+    while (true) {
+      TRY(const bool row, s.next());
+      if (!row) break;
+      there.insert(s.integer(0));
+    }
+  }
+  TRY(Statement put, Statement::prepare(file_.db_, "INSERT INTO asset VALUES (?1, ?2, ?3)"));
+  for (const auto& [parts, asset] : meta.assets) {
+    named.insert(parts.begin(), parts.end());
+    if (std::all_of(parts.begin(), parts.end(), [&](int64_t key) { return there.contains(key); })) continue;
+    TRY_STATUS(for_each_part(asset, [&](int64_t key, const std::string& bytes) -> Status {
+      if (!there.insert(key).second) return {};
+      TRY(const PackedAsset packed, pack_asset(bytes));
+      put.bind(1, key), put.bind(2, packed.codec), put.bind_blob(3, packed.bytes);
+      bytes_ += packed.bytes.size();
+      return put.finish();
+    }));
+  }
+  TRY(Statement drop, Statement::prepare(file_.db_, "DELETE FROM asset WHERE key=?1"));
+  for (const int64_t key : there) {
+    if (named.contains(key)) continue;
+    drop.bind(1, key);
+    TRY_STATUS(drop.finish());
   }
   return {};
 }

@@ -1,14 +1,16 @@
 /// Loam's own save: one SQLite file (design, section 3), and the one place that knows its tables.
 ///
-///   meta     key, value                  surroundings, where the world came from, the number of the last save, a
-///   digest palette  id, name, properties, hash  ids as the regions use them; properties as TOML census   block, voxels
-///   of the whole world, so that opening reads no region region   layer, x, y, z, save,       a row a 128^3 region and
-///   layer: an OpenVDB stream, in a Zstandard frame, with
+///   meta     key, value                  what the world holds beside blocks and layers (surroundings.h), where it came
+///                                        from, the number of the last save, a digest
+///   palette  id, name, properties, hash  ids as the regions use them; properties as TOML
+///   census   block, voxels               of the whole world, so that opening reads no region
+///   region   layer, x, y, z, save,       a row a 128^3 region and layer: an OpenVDB stream, in a Zstandard frame, with
 ///            voxels, census, codec,      the number of the save that wrote it and an XXH3 over all of the row
 ///            hash, bytes
+///   asset    key, codec, bytes           triangles, images and densities that rows of meta name (assets.h)
 ///
-/// Version 1 had no census, one codec, and a hash of the bytes alone; it is read as it is, and becomes version 2 where
-/// it is opened for editing.
+/// Version 1 had no census, one codec, and a hash of the bytes alone; versions 1 and 2 had no assets. They are read as
+/// they are, and become version 3 where they are opened for editing.
 ///
 /// One transaction a save, rollback journal, synchronous=EXTRA (FULL, and the folder is synced too): after a kill or a
 /// power loss at any moment the file holds exactly one complete save. Reading trusts nothing: the schema is compared
@@ -22,6 +24,7 @@
 #include <mutex>
 
 #include "world/saves/database.h"
+#include "world/saves/meta.h"
 #include "world/saves/row.h"
 #include "world/world.h"
 
@@ -62,8 +65,10 @@ class SaveFile {
   friend class Transaction;
   SaveFile() = default;
   Status begin_editing();
-  Status upgrade();
+  Status upgrade_from_1();
+  Status upgrade_from_2();
   Status check_row(const RegionRow& row) const;
+  Status read_meta(World& world);
 
   std::recursive_mutex mutex_;
   Database db_;
@@ -83,7 +88,8 @@ class SaveFile::Transaction {
   /// Replaces the row; fills in its save and hash.
   Status put(RegionRow&& row);
   Status remove(Layer layer, RegionPos pos);
-  Status put_meta(const std::map<std::string, std::string>& all);
+  /// Replaces all rows; assets that are there already are not written again, and those that no row names go.
+  Status put_meta(const Meta& meta);
   Status put_block(BlockId id, const Block& block);
   Status commit();
   uint64_t bytes() const { return bytes_; }  // of payloads written
@@ -91,6 +97,7 @@ class SaveFile::Transaction {
  private:
   explicit Transaction(SaveFile& file) : file_(file), lock_(file.mutex_) {}
   Status add_census(const std::string& text, int64_t sign);
+  Status put_assets(const Meta& meta);
   SaveFile& file_;
   std::unique_lock<std::recursive_mutex> lock_;
   std::optional<Statement> old_row_, put_row_;

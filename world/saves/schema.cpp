@@ -29,11 +29,20 @@ constexpr const char* kVersion2[] = {
     "hash INTEGER NOT NULL, bytes BLOB NOT NULL, PRIMARY KEY (layer, x, y, z))",
 };
 
+constexpr const char* kVersion3[] = {
+    kVersion2[0],
+    kVersion2[1],
+    kVersion2[2],
+    kVersion2[3],
+    "CREATE TABLE asset (key INTEGER PRIMARY KEY, codec TEXT NOT NULL, bytes BLOB NOT NULL)",
+};
+
 }  // namespace
 
 std::span<const char* const> tables_of_version(int version) {
   if (version == 1) return kVersion1;
-  return kVersion2;
+  if (version == 2) return kVersion2;
+  return kVersion3;
 }
 
 Result<int> check_schema(const Database& db) {

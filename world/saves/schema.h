@@ -8,7 +8,7 @@
 namespace world {
 
 constexpr int kApplicationId = 0x4c4f414d;  // "LOAM"
-constexpr int kSaveVersion = 2;
+constexpr int kSaveVersion = 3;
 constexpr int kSavePageBytes = 16384;
 
 /// CREATE TABLE statements, in the order of the schema table.

@@ -31,18 +31,26 @@ Status put_rows(SaveFile::Transaction& transaction, size_t count, const std::fun
   return {};
 }
 
-Status put_layer(SaveFile& file, SaveFile::Transaction& transaction, Layer layer, const FloatLayer& values,
-                 const PayloadOptions& payload) {
-  const std::vector<RegionPos> now = values.regions();
-  TRY(const std::vector<RegionPos> before, file.positions(layer));
-  for (const RegionPos& r : before)
-    if (!std::binary_search(now.begin(), now.end(), r)) TRY_STATUS(transaction.remove(layer, r));
-  return put_rows(transaction, now.size(), [&](size_t i) -> Result<RegionRow> {
+Status put_layer(SaveFile::Transaction& transaction, const SaveWork::LayerPart& part, const PayloadOptions& payload) {
+  std::vector<RegionPos> held;
+  for (const RegionPos& r : part.regions) {
+    if (part.values->holds(r))
+      held.push_back(r);
+    else
+      TRY_STATUS(transaction.remove(part.layer, r));
+  }
+  return put_rows(transaction, held.size(), [&](size_t i) -> Result<RegionRow> {
     RegionRow row;
-    row.layer = layer, row.pos = now[i], row.codec = payload.codec;
-    TRY(row.bytes, encode_payload(values, now[i], payload));
+    row.layer = part.layer, row.pos = held[i], row.codec = payload.codec;
+    TRY(row.bytes, encode_payload(*part.values, held[i], payload));
     return row;
   });
+}
+
+Status drop_layer(SaveFile& file, SaveFile::Transaction& transaction, Layer layer) {
+  TRY(const std::vector<RegionPos> before, file.positions(layer));
+  for (const RegionPos& r : before) TRY_STATUS(transaction.remove(layer, r));
+  return {};
 }
 
 Status write_work(SaveFile& file, SaveWork& work, const PayloadOptions& payload, SaveReport& report) {
@@ -61,8 +69,8 @@ Status write_work(SaveFile& file, SaveWork& work, const PayloadOptions& payload,
     work.regions.release(i);
     return row;
   }));
-  for (const auto& [layer, values] : work.layers) TRY_STATUS(put_layer(file, *transaction, layer, values, payload));
-  for (const Layer layer : work.dropped) TRY_STATUS(put_layer(file, *transaction, layer, FloatLayer(), payload));
+  for (const Layer layer : work.dropped) TRY_STATUS(drop_layer(file, *transaction, layer));
+  for (const SaveWork::LayerPart& part : work.layers) TRY_STATUS(put_layer(*transaction, part, payload));
   TRY_STATUS(transaction->commit());
   report.regions = work.regions.size();
   report.bytes = transaction->bytes();
@@ -82,12 +90,12 @@ std::shared_ptr<const std::vector<std::string>> block_names(const BlockPalette& 
   return names;
 }
 
-std::map<Layer, uint64_t> layer_versions(const Store& store) {
-  std::map<Layer, uint64_t> versions;
-  for (size_t i = 1; i < layer_rows().size(); ++i)
-    if (const FloatLayer* layer = store.find_layer(static_cast<Layer>(i)))
-      versions[static_cast<Layer>(i)] = layer->version();
-  return versions;
+/// visit(layer, values) for each layer that the store has.
+template <class Visit>
+void for_each_layer(const Store& store, Visit visit) {
+  for (size_t i = 0; i < layer_rows().size(); ++i)
+    if (const auto layer = static_cast<Layer>(i); layer != Layer::block)
+      if (const FloatLayer* values = store.find_layer(layer)) visit(layer, *values);
 }
 
 }  // namespace
@@ -99,8 +107,10 @@ Status write_new_save(const World& world, const std::filesystem::path& path, con
   work.meta = meta_of(world);
   work.new_blocks = blocks_from(*world.palette, 1);
   work.names = block_names(*world.palette);
-  for (const auto& [layer, version] : layer_versions(world.store))
-    work.layers.emplace_back(layer, world.store.find_layer(layer)->snapshot());
+  for_each_layer(world.store, [&](Layer layer, const FloatLayer& values) {
+    work.layers.push_back(
+        {layer, values.regions(), std::shared_ptr<const FloatLayer>(std::shared_ptr<void>(), &values)});
+  });
   SaveReport report;
   return write_work(*file, work, options, report);
 }
@@ -129,8 +139,7 @@ SaveSession::SaveSession(std::unique_ptr<SaveFile> file, World world, const Opti
       world_(std::move(world)),
       options_(options),
       saved_blocks_(world_.palette->size()),
-      saved_meta_(meta_of(world_)),
-      saved_layers_(layer_versions(world_.store)),
+      saved_meta_(meta_of(world_).rows),
       writer_([this] { run(); }) {}
 
 SaveSession::~SaveSession() {
@@ -143,27 +152,31 @@ SaveSession::~SaveSession() {
 }
 
 bool SaveSession::has_changes() const {
-  return world_.store.unsaved_count() > 0 || world_.palette->size() != saved_blocks_ ||
-         meta_of(world_) != saved_meta_ || layer_versions(world_.store) != saved_layers_;
+  return world_.store.has_unsaved() || world_.palette->size() != saved_blocks_ || meta_of(world_).rows != saved_meta_;
 }
 
 SaveWork SaveSession::take_work() {
   SaveWork work;
-  const std::vector<RegionPos> regions = world_.store.unsaved();
-  work.regions = world_.store.snapshot(regions);
+  writing_regions_ = world_.store.unsaved();
+  work.regions = world_.store.snapshot(writing_regions_);
+  writing_ = {writing_regions_.begin(), writing_regions_.end()};
+  writing_layers_.clear();
+  for_each_layer(world_.store, [&](Layer layer, const FloatLayer& values) {
+    std::vector<RegionPos> changed = values.unsaved();
+    if (changed.empty()) return;
+    writing_.insert(changed.begin(), changed.end());
+    writing_layers_[layer] = changed;
+    auto copy = std::make_shared<const FloatLayer>(values.copy_of(changed));
+    work.layers.push_back({layer, std::move(changed), std::move(copy)});
+  });
+  work.dropped = writing_dropped_ = world_.store.dropped_layers();
   world_.store.mark_saved();
-  writing_ = {regions.begin(), regions.end()};
-  work.meta = writing_meta_ = meta_of(world_);
+  work.meta = meta_of(world_);
+  writing_meta_ = work.meta.rows;
   work.new_blocks = blocks_from(*world_.palette, saved_blocks_);
   if (!names_ || names_->size() != world_.palette->size()) names_ = block_names(*world_.palette);
   work.names = names_;
   writing_blocks_ = world_.palette->size();
-  writing_layers_ = layer_versions(world_.store);
-  for (const auto& [layer, version] : writing_layers_)
-    if (const auto saved = saved_layers_.find(layer); saved == saved_layers_.end() || saved->second != version)
-      work.layers.emplace_back(layer, world_.store.find_layer(layer)->snapshot());
-  for (const auto& [layer, version] : saved_layers_)
-    if (!writing_layers_.contains(layer)) work.dropped.push_back(layer);
   return work;
 }
 
@@ -197,11 +210,12 @@ void SaveSession::finish() {
   if (result->ok()) {
     saved_blocks_ = writing_blocks_;
     saved_meta_ = std::move(writing_meta_);
-    saved_layers_ = std::move(writing_layers_);
     last_error_.reset();
   } else {
-    const std::vector<RegionPos> again(writing_.begin(), writing_.end());
-    world_.store.mark_unsaved(again);
+    world_.store.mark_unsaved(writing_regions_);
+    for (const auto& [layer, regions] : writing_layers_)
+      if (world_.store.find_layer(layer)) world_.store.make_layer(layer).mark_unsaved(regions);
+    world_.store.mark_dropped(writing_dropped_);
     last_error_ = result->error();
   }
   writing_.clear();

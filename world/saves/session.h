@@ -23,10 +23,15 @@ namespace world {
 /// What one save writes.
 struct SaveWork {
   StoreSnapshot regions;
-  std::map<std::string, std::string> meta;
+  Meta meta;
   std::vector<std::pair<BlockId, Block>> new_blocks;
-  std::vector<std::pair<Layer, FloatLayer>> layers;  // those that changed
-  std::vector<Layer> dropped;
+  struct LayerPart {
+    Layer layer;
+    std::vector<RegionPos> regions;            // those that changed, sorted
+    std::shared_ptr<const FloatLayer> values;  // there
+  };
+  std::vector<LayerPart> layers;
+  std::vector<Layer> dropped;                             // before the parts are written
   std::shared_ptr<const std::vector<std::string>> names;  // of blocks, by id: the palette may grow meanwhile
 };
 
@@ -88,15 +93,16 @@ class SaveSession {
   size_t saved_blocks_ = 0;
   std::shared_ptr<const std::vector<std::string>> names_;
   std::map<std::string, std::string> saved_meta_;
-  std::map<Layer, uint64_t> saved_layers_;  // versions
   std::optional<double> last_save_s_;
 
   // What is being written; finish() takes its result in.
   bool saving_ = false;
-  std::unordered_set<RegionPos, PosHash> writing_;
+  std::unordered_set<RegionPos, PosHash> writing_;  // of blocks or a layer
+  std::vector<RegionPos> writing_regions_;
+  std::map<Layer, std::vector<RegionPos>> writing_layers_;
+  std::vector<Layer> writing_dropped_;
   size_t writing_blocks_ = 0;
   std::map<std::string, std::string> writing_meta_;
-  std::map<Layer, uint64_t> writing_layers_;
   std::optional<Error> last_error_;
   SaveReport report_;
 

@@ -16,6 +16,8 @@ struct Environment {
   Radiance3 sky_horizon{36.0f, 50.0f, 70.0f};
   // Sunlit land of albedo 1/4 in haze: what lies beyond a world, and the light that it sends up.
   Radiance3 sky_ground{35.0f, 46.0f, 61.0f};
+
+  friend bool operator==(const Environment&, const Environment&) = default;
 };
 
 }  // namespace world

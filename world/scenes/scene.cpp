@@ -278,6 +278,14 @@ Status fill_density_grids(const Store& store, std::vector<Medium>& media) {
   return {};
 }
 
+/// What a file holds beside voxels, moved as they are.
+void move_surroundings(VoxelPos offset, World& world) {
+  const auto move = [&](auto& all) {
+    for (auto& one : all) one.position.voxel = one.position.voxel + offset;
+  };
+  move(world.cameras), move(world.luminaires), move(world.media), move(world.meshes);
+}
+
 }  // namespace
 
 std::vector<std::string> scene_names() {
@@ -342,9 +350,12 @@ Result<World> build_world(const Scene& scene, ImportReport& report) {
     TRY([[maybe_unused]] const EditReport edits, world.store.apply(fills));
   }
   if (!from_file || !scene.cameras.empty()) world.environment = scene.environment;
-  world.luminaires = scene.luminaires;
-  world.media = std::move(media);
-  world.meshes = scene.meshes;
+  move_surroundings(scene.offset, world);
+  if (!scene.cameras.empty()) world.cameras = scene.cameras;
+  for (const auto& [knob, value] : scene.knobs) world.knobs[knob] = value;
+  world.luminaires.insert(world.luminaires.end(), scene.luminaires.begin(), scene.luminaires.end());
+  world.media.insert(world.media.end(), media.begin(), media.end());
+  world.meshes.insert(world.meshes.end(), scene.meshes.begin(), scene.meshes.end());
   for (MeshInstance& mesh : world.meshes) {
     for (const auto& [block_name, id] :
          {std::pair{&mesh.block, &mesh.block_id}, {&mesh.checker_block, &mesh.checker_id}}) {
@@ -366,14 +377,14 @@ Result<World> build_world(const Scene& scene, ImportReport& report) {
   return world;
 }
 
-Result<CameraPlacement> scene_camera(const Scene& scene, const World& world, const std::string& name) {
+Result<CameraPlacement> camera_of(const World& world, const std::string& name) {
   std::vector<std::string> names;
-  for (const CameraPlacement& camera : scene.cameras) {
+  for (const CameraPlacement& camera : world.cameras) {
     if (name.empty() || camera.name == name) return camera;
     names.push_back(camera.name);
   }
   if (!name.empty() && name != "overview")
-    return usage_error(fmt::format("scene {}: there is no camera \"{}\"; the cameras are: {}", scene.name, name,
+    return usage_error(fmt::format("there is no camera \"{}\"; the cameras are: {}", name,
                                    names.empty() ? "overview" : fmt::format("{}", fmt::join(names, ", "))));
   const VoxelBox box = world.store.bounds();
   CameraPlacement camera;

@@ -9,20 +9,12 @@
 
 #include "world/base/errors.h"
 #include "world/formats/format.h"
+#include "world/scenes/camera.h"
 #include "world/sources/source.h"
 #include "world/space/world_point.h"
 #include "world/world.h"
 
 namespace world {
-
-struct CameraPlacement {
-  std::string name;
-  WorldPoint position;
-  Vec3d forward{0, 0, -1};       // unit length
-  double vertical_fov_deg = 60;  // 0 < fov < 180
-  double lens_radius_m = 0;      // >= 0; 0: a pinhole
-  double focus_distance_m = 10;  // > 0, along forward
-};
 
 struct Scene {
   std::string name;
@@ -58,9 +50,10 @@ struct Scene {
 /// A scene's name, the path of a scene TOML, or the path of anything that formats() reads.
 Result<Scene> load_scene(const std::string& name_or_path);
 std::vector<std::string> scene_names();
-/// Makes the world of a scene.
+/// Makes the world of a scene. Where it comes from a file that holds luminaires, media, meshes and knobs, the scene's
+/// are added to them; its cameras stand in the place of the file's.
 Result<World> build_world(const Scene& scene, ImportReport& report);
-/// The named camera, or the first; where the scene has none, one that sees the whole world from the south-east.
-Result<CameraPlacement> scene_camera(const Scene& scene, const World& world, const std::string& name);
+/// The world's camera of that name, or its first; where it has none, one that sees the whole world from the south-east.
+Result<CameraPlacement> camera_of(const World& world, const std::string& name);
 
 }  // namespace world

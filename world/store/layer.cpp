@@ -18,8 +18,26 @@ constexpr LayerRow kRows[] = {
 #undef LAYER
 };
 
-openvdb::CoordBBox region_box(RegionPos r) {
-  return openvdb::CoordBBox::createCube(coord(voxel_from_region(r)), kRegionSize);
+using FloatLeaf = openvdb::FloatTree::LeafNodeType;
+using FloatRegion = openvdb::FloatTree::RootNodeType::ChildNodeType::ChildNodeType;
+static_assert(FloatRegion::DIM == kRegionSize);
+
+/// Adds what is active of the region to another tree.
+void copy_region(const openvdb::FloatTree& from, RegionPos r, openvdb::FloatTree& to) {
+  const openvdb::Coord at = coord(voxel_from_region(r));
+  const FloatRegion* node = from.probeConstNode<FloatRegion>(at);
+  if (!node) {
+    if (from.isValueOn(at)) to.addTile(2, at, from.getValue(at), true);
+    return;
+  }
+  for (openvdb::Index n = 0; n < FloatRegion::NUM_VALUES; ++n) {
+    if (node->isChildMaskOn(n)) {
+      const FloatLeaf& leaf = *node->getTable()[n].getChild();
+      if (!leaf.getValueMask().isOff()) to.addLeaf(new FloatLeaf(leaf));
+    } else if (node->isValueMaskOn(n)) {
+      to.addTile(1, node->offsetToGlobalCoord(n), node->getTable()[n].getValue(), true);
+    }
+  }
 }
 
 }  // namespace
@@ -38,22 +56,81 @@ FloatLayer::FloatLayer(FloatLayer&&) noexcept = default;
 FloatLayer& FloatLayer::operator=(FloatLayer&&) noexcept = default;
 
 float FloatLayer::get(VoxelPos v) const { return grid_->grid->tree().getValue(coord(v)); }
-void FloatLayer::set(VoxelPos v, float value) { grid().grid->tree().setValueOn(coord(v), value); }
+void FloatLayer::set(VoxelPos v, float value) {
+  grid_->grid->tree().setValueOn(coord(v), value);
+  const RegionPos r = region_from_voxel(v);
+  if (last_unsaved_ == r) return;
+  unsaved_.insert(r);
+  last_unsaved_ = r;
+}
 bool FloatLayer::active(VoxelPos v) const { return grid_->grid->tree().isValueOn(coord(v)); }
 uint64_t FloatLayer::active_voxels() const { return grid_->grid->activeVoxelCount(); }
 size_t FloatLayer::bytes() const { return grid_->grid->memUsage(); }
 
 FloatLayer::Grid& FloatLayer::grid() {
-  ++version_;
-  if (grid_->grid.use_count() > 1) grid_->grid = grid_->grid->deepCopy();
+  for (const RegionPos& r : regions()) unsaved_.insert(r);
+  all_unsaved_ = true;
   return *grid_;
 }
 
-FloatLayer FloatLayer::snapshot() const {
-  FloatLayer shared;
-  shared.grid_->grid = grid_->grid;
-  shared.version_ = version_;
-  return shared;
+// ---- by region ---------------------------------------------------------------------------------------------------
+
+std::vector<RegionPos> FloatLayer::unsaved() const {
+  std::vector<RegionPos> all(unsaved_.begin(), unsaved_.end());
+  if (all_unsaved_) {
+    const std::vector<RegionPos> there = regions();
+    all.insert(all.end(), there.begin(), there.end());
+  }
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  return all;
+}
+
+bool FloatLayer::is_unsaved(RegionPos r) const { return unsaved_.contains(r) || (all_unsaved_ && holds(r)); }
+
+void FloatLayer::mark_saved() {
+  unsaved_.clear();
+  last_unsaved_.reset();
+  all_unsaved_ = false;
+}
+
+void FloatLayer::mark_unsaved(std::span<const RegionPos> regions) { unsaved_.insert(regions.begin(), regions.end()); }
+
+FloatLayer FloatLayer::copy_of(std::span<const RegionPos> regions) const {
+  FloatLayer copy;
+  for (const RegionPos& r : regions) copy_region(grid_->grid->constTree(), r, copy.grid_->grid->tree());
+  return copy;
+}
+
+bool FloatLayer::holds(RegionPos r) const {
+  const auto& tree = grid_->grid->constTree();
+  const openvdb::Coord at = coord(voxel_from_region(r));
+  if (const FloatRegion* node = tree.probeConstNode<FloatRegion>(at)) {
+    if (!node->getValueMask().isOff()) return true;
+    for (auto leaf = node->cbeginChildOn(); leaf; ++leaf)
+      if (!leaf->getValueMask().isOff()) return true;
+    return false;
+  }
+  return tree.isValueOn(at);
+}
+
+size_t FloatLayer::region_bytes(RegionPos r) const {
+  const FloatRegion* node = grid_->grid->constTree().probeConstNode<FloatRegion>(coord(voxel_from_region(r)));
+  if (!node) return 0;
+  return sizeof(FloatRegion) + node->getChildMask().countOn() * (sizeof(FloatLeaf) + kLeafVoxels * sizeof(float));
+}
+
+void FloatLayer::install(RegionPos r, FloatLayer&& part) {
+  evict(r);
+  grid_->grid->tree().merge(part.grid_->grid->tree());  // nodes change their owner, no value is copied
+}
+
+void FloatLayer::evict(RegionPos r) {
+  auto& tree = grid_->grid->tree();
+  const openvdb::Coord at = coord(voxel_from_region(r));
+  if (tree.probeConstNode<FloatRegion>(at) || tree.isValueOn(at)) tree.addTile(2, at, 0.0f, false);
+  unsaved_.erase(r);
+  if (last_unsaved_ == r) last_unsaved_.reset();
 }
 
 VoxelBox FloatLayer::bounds() const {
@@ -110,10 +187,9 @@ std::vector<RegionPos> FloatLayer::regions() const {
 Result<std::string> FloatLayer::encode_region(RegionPos r, StreamCompression compression) const {
   initialize_openvdb();
   try {
-    auto part = grid_->grid->deepCopy();
-    part->clip(region_box(r));
     // Only the values belong to the stream, not where they came from.
-    auto grid = openvdb::FloatGrid::create(part->treePtr());
+    auto grid = openvdb::FloatGrid::create(0.0f);
+    copy_region(grid_->grid->constTree(), r, grid->tree());
     grid->setName("values");
     return stream_bytes(grid, compression);
   } catch (const std::bad_alloc&) {
@@ -143,7 +219,9 @@ Status FloatLayer::decode_region(std::span<const char> bytes, RegionPos r) {
     return {};
   };
   TRY_STATUS(read_region_grid<float>(bytes, r, {tile, leaf}));
-  grid().grid->tree().merge(tree);
+  grid_->grid->tree().merge(tree);
+  unsaved_.insert(r);
+  last_unsaved_.reset();
   return {};
 }
 

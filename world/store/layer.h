@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <unordered_set>
 #include <vector>
 
 #include "world/base/errors.h"
@@ -55,18 +56,31 @@ class FloatLayer {
   /// Adds what encode_region gave; refuses other grids, NaN and infinities.
   Status decode_region(std::span<const char> bytes, RegionPos r);
 
-  /// The values as they are now, readable on another thread: shared until the next write to this layer, which copies.
-  FloatLayer snapshot() const;
-  /// Raised by each write.
-  uint64_t version() const { return version_; }
+  // ---- by region: layers come, go and are saved with the regions of their world ----
+  /// Regions that writes changed since mark_saved(), sorted.
+  std::vector<RegionPos> unsaved() const;
+  bool is_unsaved(RegionPos r) const;
+  void mark_saved();
+  void mark_unsaved(std::span<const RegionPos> regions);
+  /// A layer of copies of these regions, for a thread that saves them.
+  FloatLayer copy_of(std::span<const RegionPos> regions) const;
+  bool holds(RegionPos r) const;  // any active voxel
+  size_t region_bytes(RegionPos r) const;
+  /// Puts the region of `part`, which holds no other, in the place of this one's: not a write.
+  void install(RegionPos r, FloatLayer&& part);
+  /// Forgets a region, as if nothing had been there: not a write.
+  void evict(RegionPos r);
 
   struct Grid;  // OpenVDB's side, in world/store/tree.h
+  /// For writes that say no region: all that are there before or after count as changed.
   Grid& grid();
   const Grid& grid() const { return *grid_; }
 
  private:
   std::unique_ptr<Grid> grid_;
-  uint64_t version_ = 0;
+  std::unordered_set<RegionPos, PosHash> unsaved_;
+  std::optional<RegionPos> last_unsaved_;  // in unsaved_: spares a look for each voxel
+  bool all_unsaved_ = false;
 };
 
 }  // namespace world

@@ -171,7 +171,15 @@ FloatLayer& Store::make_layer(Layer layer) {
   return nodes_->layers[layer];
 }
 
-void Store::drop_layer(Layer layer) { nodes_->layers.erase(layer); }
+void Store::drop_layer(Layer layer) {
+  if (nodes_->layers.erase(layer) > 0) nodes_->dropped_layers.insert(layer);
+}
+
+std::vector<Layer> Store::dropped_layers() const {
+  return {nodes_->dropped_layers.begin(), nodes_->dropped_layers.end()};
+}
+
+void Store::mark_dropped(std::span<const Layer> layers) { nodes_->dropped_layers.insert(layers.begin(), layers.end()); }
 
 uint64_t Store::content_hash() const {
   const size_t blocks = palette_->size();
@@ -298,12 +306,22 @@ std::vector<RegionPos> Store::unsaved() const {
   return all;
 }
 
-size_t Store::unsaved_count() const { return nodes_->unsaved.size(); }
-bool Store::is_unsaved(RegionPos r) const { return nodes_->unsaved.contains(r); }
+bool Store::has_unsaved() const {
+  return !nodes_->unsaved.empty() || !nodes_->dropped_layers.empty() ||
+         std::any_of(nodes_->layers.begin(), nodes_->layers.end(),
+                     [](const auto& entry) { return !entry.second.unsaved().empty(); });
+}
+
+bool Store::is_unsaved(RegionPos r) const {
+  return nodes_->unsaved.contains(r) || std::any_of(nodes_->layers.begin(), nodes_->layers.end(),
+                                                    [&](const auto& entry) { return entry.second.is_unsaved(r); });
+}
 
 void Store::mark_saved() {
   nodes_->unsaved.clear();
   nodes_->last_unsaved.reset();
+  nodes_->dropped_layers.clear();
+  for (auto& [layer, values] : nodes_->layers) values.mark_saved();
 }
 
 void Store::mark_unsaved(std::span<const RegionPos> regions) { nodes_->unsaved.insert(regions.begin(), regions.end()); }
@@ -349,8 +367,16 @@ void Store::install(PreparedRegion&& region) {
   }
 }
 
+void Store::install(Layer layer, RegionPos r, FloatLayer&& part) {
+  CHECK_EQ(nodes_->views.load(), 0);
+  FloatLayer& values = make_layer(layer);
+  CHECK(!values.is_unsaved(r));
+  values.install(r, std::move(part));
+}
+
 void Store::evict(RegionPos r) {
   CHECK_EQ(nodes_->views.load(), 0);
+  for (auto& [layer, values] : nodes_->layers) values.evict(r);
   const RegionSlot* slot = slot_at(*nodes_, r);
   if (!slot) return;
   note_replaced(*nodes_, r, slot, nullptr);
@@ -417,6 +443,7 @@ size_t Store::region_bytes(RegionPos r) const {
   for (const auto& masks : nodes_->masks)
     if (masks)
       if (const MaskRegion* region = masks->region(r)) total += bytes_of(*region);
+  for (const auto& [layer, values] : nodes_->layers) total += values.region_bytes(r);
   return total;
 }
 

@@ -110,11 +110,12 @@ class Store {
   std::vector<LeafPos> take_dirty(int subscriber) const;
 
   // ---- what a save lacks; of one saver ----
-  /// Regions that edits, adopt() or undo changed since they were last saved or installed, sorted.
+  /// Regions whose blocks edits, adopt() or undo changed since they were last saved or installed, sorted. Layers keep
+  /// their own.
   std::vector<RegionPos> unsaved() const;
-  size_t unsaved_count() const;
-  bool is_unsaved(RegionPos r) const;
-  void mark_saved();
+  bool has_unsaved() const;            // blocks, or values of a layer, or a layer that was dropped
+  bool is_unsaved(RegionPos r) const;  // its blocks, or values of a layer there
+  void mark_saved();                   // blocks and layers
   void mark_unsaved(std::span<const RegionPos> regions);
   /// The regions as they are now, to be read on another thread while editing goes on.
   StoreSnapshot snapshot(std::span<const RegionPos> regions) const;
@@ -122,7 +123,8 @@ class Store {
   // ---- what is in memory ----
   /// Puts a region in place that a save or a generator holds already: not a change to be saved.
   void install(PreparedRegion&& region);
-  /// Forgets a region, as if it were air, without calling that a change to be saved.
+  void install(Layer layer, RegionPos r, FloatLayer&& part);
+  /// Forgets a region and what layers hold there, as if it were air, without calling that a change to be saved.
   void evict(RegionPos r);
   /// Packs regions by palette until they are edited again; blocks read the same.
   void pack(RegionPos r);
@@ -130,7 +132,7 @@ class Store {
   bool is_packed(RegionPos r) const;
   /// Gives back what bulk reads of a packed region unpacked; ends the life of its LeafBlocks.
   void refreeze(RegionPos r);
-  size_t region_bytes(RegionPos r) const;  // of its blocks and masks
+  size_t region_bytes(RegionPos r) const;  // of its blocks and masks, and of layers there
   unsigned mask_kinds() const;             // bit k: masks of kind k have been asked for
 
   // ---- further layers: they exist only once something makes them ----
@@ -138,6 +140,9 @@ class Store {
   const FloatLayer* find_layer(Layer layer) const;
   FloatLayer& make_layer(Layer layer);
   void drop_layer(Layer layer);
+  /// Layers that were dropped since the last mark_saved(): a save has rows of them still.
+  std::vector<Layer> dropped_layers() const;
+  void mark_dropped(std::span<const Layer> layers);
 
   // ---- view count, see view.h ----
   void begin_view() const;

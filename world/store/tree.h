@@ -10,6 +10,7 @@
 #include <atomic>
 #include <map>
 #include <mutex>
+#include <set>
 #include <unordered_map>
 #include <unordered_set>
 #include <vector>
@@ -97,6 +98,7 @@ struct StoreNodes {
   std::unique_ptr<MaskVolume> masks[kMaskKinds];
   std::vector<std::vector<LeafPos>> dirty;  // by subscriber; may hold a leaf twice until taken
   std::map<Layer, FloatLayer> layers;       // made on demand
+  std::set<Layer> dropped_layers;           // since the last save
   mutable std::atomic<int> views{0};
   std::unordered_set<RegionPos, PosHash> unsaved;
   std::optional<RegionPos> last_unsaved;  // in `unsaved`: spares a look for each leaf

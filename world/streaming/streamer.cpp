@@ -27,7 +27,13 @@ constexpr size_t kLooksAnUpdate = 256;  // resident regions looked after in each
 Streamer::Streamer(World& world, SaveSession* session, const Generator* generator, const StreamingKnobs& knobs)
     : world_(world), session_(session), generator_(generator), knobs_(knobs) {
   knobs_.keep_radius_m = std::max(knobs_.keep_radius_m, knobs_.load_radius_m);
-  for (const RegionPos& r : world_.store.regions()) {
+  std::vector<RegionPos> there = world_.store.regions();
+  for (size_t i = 0; i < layer_rows().size(); ++i)
+    if (const auto layer = static_cast<Layer>(i); layer != Layer::block)
+      if (const FloatLayer* values = world_.store.find_layer(layer))
+        for (const RegionPos& r : values->regions()) there.push_back(r);
+  for (const RegionPos& r : there) {
+    if (resident_.contains(r)) continue;
     Resident& entry = resident_[r];
     entry.bytes = world_.store.region_bytes(r);
     resident_bytes_ += entry.bytes;
@@ -47,30 +53,54 @@ Streamer::~Streamer() {
 
 // ---- on the streamer's threads ---------------------------------------------------------------------------------
 
+/// What the save holds of the region; leaves arrival.region empty where that is nothing.
+Status Streamer::fetch_from_save(Arrival& arrival, unsigned mask_kinds) const {
+  const RegionPos pos = arrival.pos;
+  for (size_t i = 0; i < layer_rows().size(); ++i) {
+    const auto layer = static_cast<Layer>(i);
+    TRY(const std::optional<RegionRow> row, session_->file().read_row(layer, pos));
+    if (!row) continue;
+    const auto damaged = [&](const Error& error) {
+      return input_error(fmt::format(
+          "{}: region ({}, {}, {}){} is damaged: {}", session_->file().path(), pos.x, pos.y, pos.z,
+          layer == Layer::block ? "" : fmt::format(" of the layer {}", layer_rows()[i].name), error.message));
+    };
+    if (layer == Layer::block) {
+      const Result<RegionBuilder> builder = decode_blocks(*row, world_.palette->size());
+      if (!builder.ok()) return damaged(builder.error());
+      arrival.region.emplace(*builder, *world_.palette, mask_kinds);
+      continue;
+    }
+    const Result<std::string> stream = stream_of(*row);
+    if (!stream.ok()) return damaged(stream.error());
+    FloatLayer values;
+    const Status decoded = values.decode_region(*stream, pos);
+    if (!decoded.ok()) return damaged(decoded.error());
+    arrival.layers.emplace_back(layer, std::move(values));
+  }
+  return {};
+}
+
 Streamer::Arrival Streamer::fetch(RegionPos pos, unsigned mask_kinds) const {
   Arrival arrival;
   arrival.pos = pos;
   try {
     if (session_) {
-      Result<std::optional<RegionRow>> row = session_->file().read_row(Layer::block, pos);
-      if (row.ok() && *row) {
-        const Result<RegionBuilder> builder = decode_blocks(**row, world_.palette->size());
-        if (builder.ok())
-          arrival.region.emplace(*builder, *world_.palette, mask_kinds);
-        else
-          arrival.error = fmt::format("{}: region ({}, {}, {}) is damaged: {}", session_->file().path(), pos.x, pos.y,
-                                      pos.z, builder.error().message);
-        return arrival;
-      }
-      if (!row.ok()) {
-        arrival.error = row.error().message;
+      const Status read = fetch_from_save(arrival, mask_kinds);
+      if (!read.ok()) {
+        arrival.region.reset();
+        arrival.error = read.error().message;
         return arrival;
       }
     }
-    RegionBuilder builder(pos);
-    if (generator_) generator_->generate(builder);
-    arrival.generated = generator_ != nullptr;
-    arrival.region.emplace(builder, *world_.palette, mask_kinds);
+    if (!arrival.region) {
+      RegionBuilder builder(pos);
+      if (generator_) generator_->generate(builder);
+      arrival.generated = generator_ != nullptr;
+      arrival.region.emplace(builder, *world_.palette, mask_kinds);
+    }
+    arrival.bytes = arrival.region->bytes();
+    for (const auto& [layer, values] : arrival.layers) arrival.bytes += values.region_bytes(pos);
   } catch (const std::bad_alloc&) {
     arrival.region.reset();
     arrival.error = fmt::format("region ({}, {}, {}): memory ran out while it was read", pos.x, pos.y, pos.z);
@@ -90,7 +120,7 @@ void Streamer::run() {
     lock.unlock();
     Arrival arrival = fetch(pos, mask_kinds);
     lock.lock();
-    if (arrival.region) arrival_bytes_ += arrival.region->bytes();
+    if (arrival.region) arrival_bytes_ += arrival.bytes;
     arrivals_.push_back(std::move(arrival));
     arrived_.notify_all();
   }
@@ -184,7 +214,7 @@ bool Streamer::make_room(size_t bytes, double distance) {
   evict_farther_than(distance, [&] { return !fits(); });
   if (fits()) return true;
   // What can't go because it is unsaved can go after a save.
-  if (session_ && world_.store.unsaved_count() > 0 && !session_->is_saving()) session_->begin_save();
+  if (session_ && world_.store.has_unsaved() && !session_->is_saving()) session_->begin_save();
   return false;
 }
 
@@ -197,20 +227,26 @@ void Streamer::place(Arrival&& arrival, double now_s) {
   }
   const double distance = distance_m(pos);
   if (resident_.contains(pos) || world_.store.is_unsaved(pos) || distance > knobs_.keep_radius_m) return;
-  const size_t bytes = arrival.region->bytes();
-  if (!make_room(bytes, distance)) {
+  if (!make_room(arrival.bytes, distance)) {
     report_.budget_full = true;
     full_beyond_m_ = std::min(full_beyond_m_, distance);
     return;
   }
-  world_.store.install(std::move(*arrival.region));
-  Resident& entry = resident_[pos];
-  entry.bytes = world_.store.region_bytes(pos);
-  entry.distance_m = static_cast<float>(distance);
+  Resident& entry = install(std::move(arrival));
   entry.edits = region_edits(world_.store, pos);
   entry.rests_since_s = now_s;
+}
+
+Streamer::Resident& Streamer::install(Arrival&& arrival) {
+  const RegionPos pos = arrival.pos;
+  world_.store.install(std::move(*arrival.region));
+  for (auto& [layer, values] : arrival.layers) world_.store.install(layer, pos, std::move(values));
+  Resident& entry = resident_[pos];
+  entry.bytes = world_.store.region_bytes(pos);
+  entry.distance_m = static_cast<float>(distance_m(pos));
   resident_bytes_ += entry.bytes;
   ++(arrival.generated ? report_.generated : report_.read);
+  return entry;
 }
 
 /// Counts the bytes of some of the resident regions anew, and packs those that have rested.
@@ -272,7 +308,7 @@ const StreamingReport& Streamer::update(std::span<const VoxelPos> viewers, doubl
       if (arrivals_.empty()) break;
       arrival = std::move(arrivals_.front());
       arrivals_.erase(arrivals_.begin());
-      if (arrival->region) arrival_bytes_ -= arrival->region->bytes();
+      if (arrival->region) arrival_bytes_ -= arrival->bytes;
       in_flight_.erase(arrival->pos);
     }
     if (overtaken_.erase(arrival->pos)) continue;
@@ -320,12 +356,7 @@ Status Streamer::require(const VoxelBox& box) {
         }
         Arrival arrival = fetch(r, world_.store.mask_kinds());
         if (!arrival.region) return input_error(arrival.error + ": it can't be edited");
-        world_.store.install(std::move(*arrival.region));
-        Resident& entry = resident_[r];
-        entry.bytes = world_.store.region_bytes(r);
-        entry.distance_m = static_cast<float>(distance_m(r));
-        resident_bytes_ += entry.bytes;
-        ++(arrival.generated ? report_.generated : report_.read);
+        install(std::move(arrival));
       }
   return {};
 }

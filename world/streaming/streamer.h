@@ -9,8 +9,10 @@
 /// being written) stays: where such regions fill the budget, a save is begun. A region made by the generator and never
 /// edited is not saved; it is made again.
 ///
+/// Layers come and go with the regions that their values lie in.
+///
 /// Edits must go through apply(), which first brings in what they touch: an edit of a region that is not there would
-/// start from air.
+/// start from air. Before a layer is written, require() must have brought in where.
 #pragma once
 
 #include <condition_variable>
@@ -28,7 +30,7 @@
 namespace world {
 
 struct StreamingKnobs {
-  size_t memory_budget_bytes = size_t{2} << 30;  // of the blocks and masks of regions, those on their way included
+  size_t memory_budget_bytes = size_t{2} << 30;  // of blocks, masks and layers of regions, those on their way included
   double load_radius_m = 512;                    // regions nearer than this to a viewer are wanted
   double keep_radius_m = 640;                    // those farther than this go, also where there is room; >= load radius
   int32_t lowest_y = -1024, highest_y = 1023;    // voxels; regions wholly outside are never asked for
@@ -78,11 +80,15 @@ class Streamer {
   struct Arrival {
     RegionPos pos;
     std::optional<PreparedRegion> region;  // nothing: it could not be read
+    std::vector<std::pair<Layer, FloatLayer>> layers;
+    size_t bytes = 0;  // of all that
     std::string error;
     bool generated = false;
   };
 
   Arrival fetch(RegionPos pos, unsigned mask_kinds) const;
+  Status fetch_from_save(Arrival& arrival, unsigned mask_kinds) const;
+  Resident& install(Arrival&& arrival);
   void run();
   void plan(std::span<const VoxelPos> viewers);
   double distance_m(RegionPos r) const;

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "world/base/toml_reader.h"
+
 namespace world {
 namespace {
 
@@ -40,6 +42,24 @@ TEST(Text, BytesHaveABinaryUnit) {
   EXPECT_EQ(bytes_text(1048575), "1.0 MiB");  // not 1024.0 KiB
   EXPECT_EQ(bytes_text(3.0 * (1ull << 40)), "3.0 TiB");
   EXPECT_EQ(bytes_text(5000.0 * (1ull << 40)), "5000.0 TiB");
+}
+
+TEST(Text, AnyTextIsReadBackFromToml) {
+  const auto there_and_back = [](const std::string& text) {
+    auto document = TomlDocument::parse("key = " + toml_text(text), "text");
+    EXPECT_TRUE(document.ok()) << toml_text(text);
+    std::string read;
+    if (document.ok()) document->root().read("key", read);
+    return read;
+  };
+  std::string ascii;
+  for (char c = 1; c < 127; ++c) ascii += c;
+  for (const std::string& text : {std::string(), ascii + "\x7f", std::string("a\0b", 3), std::string("\\\"'#\n[]"),
+                                  std::string("\xc3\xa9 \xe2\x82\xac \xf0\x9f\x8c\x8d")})
+    EXPECT_EQ(there_and_back(text), text);
+  // Bytes that are no UTF-8: alone, cut off, overlong, a surrogate, beyond the last code point.
+  for (const std::string text : {"\xff", "\xe2\x82", "\xc0\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80"})
+    EXPECT_NE(there_and_back("<" + text + ">").find("\xef\xbf\xbd"), std::string::npos);
 }
 
 }  // namespace

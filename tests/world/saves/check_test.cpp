@@ -46,7 +46,7 @@ TEST(LoamCheck, AWholeSaveIsClean) {
   ASSERT_TRUE(report.ok()) << report.error().message;
   EXPECT_TRUE(report->clean()) << report->problems.front();
   EXPECT_TRUE(report->lost.empty());
-  EXPECT_EQ(report->version, 2);
+  EXPECT_EQ(report->version, 3);
   EXPECT_EQ(report->saves, 5);
   EXPECT_EQ(report->regions, world.store.regions().size());
   EXPECT_EQ(report->voxels, world.store.voxel_count());

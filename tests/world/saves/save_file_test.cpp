@@ -126,7 +126,7 @@ TEST(HardCaseIO14, ForeignTablesAndTriggersAreRefused) {
 TEST(HardCaseIO16, ANewerVersionIsRefusedWithASentence) {
   TemporaryFolder folder;
   ASSERT_TRUE(write_world(sample_world(), folder / "a.loam").ok());
-  sql(folder / "a.loam", "PRAGMA user_version = 3");
+  sql(folder / "a.loam", "PRAGMA user_version = 4");
   const auto refused = load(folder / "a.loam");
   ASSERT_FALSE(refused.ok());
   EXPECT_NE(refused.error().message.find("newer Loam"), std::string::npos);
@@ -204,7 +204,7 @@ TEST(LoamSave, VersionOneIsReadAsItIs) {
   EXPECT_EQ(*read_file(folder / "old.loam"), before) << "reading must not write";
 }
 
-TEST(LoamSave, VersionOneBecomesVersionTwoWhereItIsEdited) {
+TEST(LoamSave, VersionOneBecomesTheNewestWhereItIsEdited) {
   const TemporaryFolder folder;
   World world = sample_world();
   write_version_1(world, folder / "old.loam");
@@ -219,7 +219,7 @@ TEST(LoamSave, VersionOneBecomesVersionTwoWhereItIsEdited) {
   ASSERT_TRUE(world.store.apply(edit_number(1)).ok());
   const auto file = SaveFile::open(folder / "old.loam", SaveFile::Access::read);
   ASSERT_TRUE(file.ok()) << file.error().message;
-  EXPECT_EQ((*file)->version(), 2);
+  EXPECT_EQ((*file)->version(), 3);
   EXPECT_EQ(*(*file)->census(), world.store.census());
   const auto read = (*file)->read_all();
   ASSERT_TRUE(read.ok()) << read.error().message;

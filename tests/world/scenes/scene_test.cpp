@@ -93,7 +93,7 @@ TEST(Scene, TheOverviewCameraSeesAllCornersOfAThing) {
   EditBatch batch;
   batch.fill({{100, 50, -300}, {140, 120, -280}}, 1);
   ASSERT_TRUE(world.store.apply(batch).ok());
-  const auto camera = scene_camera(Scene{}, world, "");
+  const auto camera = camera_of(world, "");
   ASSERT_TRUE(camera.ok());
   const Vec3d right = glm::normalize(glm::cross(camera->forward, Vec3d(0, 1, 0))),
               up = glm::cross(right, camera->forward);

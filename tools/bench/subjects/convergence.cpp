@@ -113,9 +113,8 @@ ErrorSample errors_of(const Stage& stage, const Halves& halves, SampleSequence s
 Result<std::shared_ptr<const Stage>> make_stage(BenchContext& context, const std::string& name) {
   auto stage = std::make_shared<Stage>();
   TRY(stage->world, context.world(name));
-  TRY(const world::Scene scene, world::load_scene(name));
-  TRY(const world::CameraPlacement placement, world::scene_camera(scene, *stage->world, ""));
-  TRY(stage->knobs, resolve_knobs("usual", scene, {}, {}));
+  TRY(const world::CameraPlacement placement, world::camera_of(*stage->world, ""));
+  TRY(stage->knobs, resolve_knobs("usual", stage->world->knobs, {}, {}));
   stage->camera = render::Camera::from(placement);
   stage->knobs.max_depth = kMostScatterings;
   stage->width = context.quick() ? 16 : 24, stage->height = context.quick() ? 12 : 18;

@@ -13,8 +13,7 @@ constexpr int kWidth = 1280, kHeight = 720;
 
 /// The scene's first camera, and the same turned by quarters about the vertical.
 Result<std::vector<render::Camera>> cameras(const world::World& valley) {
-  TRY(const world::Scene scene, world::load_scene("valley"));
-  TRY(const world::CameraPlacement first, world::scene_camera(scene, valley, ""));
+  TRY(const world::CameraPlacement first, world::camera_of(valley, ""));
   std::vector<render::Camera> all;
   for (int quarter = 0; quarter < 4; ++quarter) {
     render::Camera camera = render::Camera::from(first);

@@ -68,8 +68,8 @@ struct Input {
 Result<std::shared_ptr<Input>> make_input(BenchContext& context) {
   auto input = std::make_shared<Input>();
   TRY(input->world, context.world("valley"));
-  TRY(const world::Scene scene, world::load_scene("valley"));
-  for (const world::CameraPlacement& placement : scene.cameras) input->cameras.push_back(Camera::from(placement));
+  for (const world::CameraPlacement& placement : input->world->cameras)
+    input->cameras.push_back(Camera::from(placement));
   if (context.quick()) input->width = 320, input->height = 180;
   return input;
 }

@@ -329,9 +329,8 @@ void add_media(Registry& registry) {
 Result<std::function<double()>> camera_samples(BenchContext& context, const std::string& name,
                                                const std::string& backend_name) {
   TRY(const world::World* world, context.world(name));
-  TRY(const world::Scene scene, world::load_scene(name));
-  TRY(const world::CameraPlacement placement, world::scene_camera(scene, *world, ""));
-  TRY(render::RenderKnobs knobs, resolve_knobs("usual", scene, {}, {}));
+  TRY(const world::CameraPlacement placement, world::camera_of(*world, ""));
+  TRY(render::RenderKnobs knobs, resolve_knobs("usual", world->knobs, {}, {}));
   TRY(std::shared_ptr<render::Backend> backend, make_backend(backend_name));
   const render::Camera camera = render::Camera::from(placement);
   knobs.spp = context.quick() ? 4 : 16;
