@@ -27,8 +27,9 @@ const Format& ply_format() {
           }
           MeshReport mesh_report;
           MeshFileFacts facts;
-          TRY(const TriangleMesh mesh, read_ply(bytes, name, mesh_report, &facts));
-          return world_from_mesh(mesh, facts, mesh_report, name, stem, options, report);
+          MeshColours colours;
+          TRY(const TriangleMesh mesh, read_ply(bytes, name, mesh_report, &facts, &colours));
+          return world_from_mesh(mesh, facts, mesh_report, colours, {}, name, stem, options, report);
         };
         return read();
       },

@@ -10,8 +10,6 @@
 // A colour becomes a block "qb:RRGGBB" of that albedo, matte. Where matrices overlap, the later one wins.
 // source  getqubicle.com, Qubicle Binary File Format
 #include <algorithm>
-#include <cmath>
-#include <unordered_map>
 #include <unordered_set>
 
 #include <fmt/format.h>
@@ -19,6 +17,7 @@
 #include "world/formats/bytes.h"
 #include "world/formats/collector.h"
 #include "world/formats/format.h"
+#include "world/formats/surfaces/colours.h"
 #include "world/formats/translation/translation.h"
 
 namespace world {
@@ -29,15 +28,7 @@ constexpr uint32_t kRun = 2, kNextSlice = 6;
 constexpr uint32_t kMostSide = 1 << 16;
 constexpr uint64_t kMostVoxels = uint64_t{1} << 25;  // of all matrices: beyond it, runs would take seconds
 constexpr int32_t kReach = 1 << 29;
-constexpr size_t kMostColours = 60000;  // then colours are rounded to 5 bits a band
-constexpr float kMinAlbedo = 0.004f, kMaxAlbedo = 0.98f;
-
-float albedo(uint32_t byte) {
-  const double s = byte / 255.0;
-  const double linear = s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);  // IEC 61966-2-1
-  return std::clamp(static_cast<float>(linear), kMinAlbedo, kMaxAlbedo);
-}
-
+constexpr size_t kMostBlocks = 60000;  // of colours; then those are rounded
 struct Header {
   uint32_t version = 0, colour_format = 0, axes = 0, compressed = 0, masks = 0, matrices = 0;
 };
@@ -65,6 +56,8 @@ class QbReader {
     if (in_.failed()) return in_.end_error("its header");
     if (header.colour_format > 1 || header.axes > 1 || header.compressed > 1 || header.masks > 1)
       return byte_error(in_.file(), 4, "its header says what no .qb says; it is of another kind, or damaged");
+    if (header.version == 0 || header.matrices == 0)
+      return byte_error(in_.file(), 0, "its header has no version or no matrices; it is no .qb, or damaged");
     if (header.matrices > in_.remaining() / 25) {
       return in_.error(
           fmt::format("{} matrices were announced, but the file has {} bytes left", header.matrices, in_.remaining()));
@@ -153,28 +146,16 @@ Result<World> read_qb(const std::filesystem::path& path, const ImportOptions&, I
     if (colour != last_colour) used.insert(last_colour = colour);
     return true;
   }));
-  std::vector<uint32_t> colours(used.begin(), used.end());
-  std::sort(colours.begin(), colours.end());
-  const bool rounded = colours.size() > kMostColours;
   World world;
-  std::unordered_map<uint32_t, BlockId> block_of;
-  for (const uint32_t colour : colours) {
-    const uint32_t kept = rounded ? (colour & 0xf8f8f8) | (colour >> 5 & 0x070707) : colour;
-    Block block;
-    block.name = fmt::format("qb:{:06X}", kept);
-    block.albedo = {albedo(kept >> 16), albedo(kept >> 8 & 255), albedo(kept & 255)};
-    TRY(block_of[colour], world.palette->add(std::move(block)));
-  }
-  if (rounded)
-    report.warnings.push_back(
-        fmt::format("{} colours are too many; they were rounded to 5 bits a band", colours.size()));
+  TRY(const ColourBlocks block_of, ColourBlocks::make({used.begin(), used.end()}, "qb", kMostBlocks, *world.palette));
+  if (!block_of.approximated().empty()) report.warnings.push_back(block_of.approximated());
 
   VoxelCollector collector(&budget);
   QbReader second(bytes, name);
   last_colour = UINT32_MAX;
   BlockId last_block = kAir;
   TRY_STATUS(second.read([&](const Matrix& m, uint32_t x, uint32_t y, uint32_t z, uint32_t count, uint32_t colour) {
-    if (colour != last_colour) last_block = block_of.at(last_colour = colour);
+    if (colour != last_colour) last_block = block_of[last_colour = colour];
     const int32_t file_z = m.pos[2] + static_cast<int32_t>(z);
     VoxelPos v{m.pos[0] + static_cast<int32_t>(x), m.pos[1] + static_cast<int32_t>(y),
                second.header.axes == 1 ? file_z : -file_z - 1};
@@ -192,7 +173,7 @@ Result<World> read_qb(const std::filesystem::path& path, const ImportOptions&, I
   uint64_t voxels = 0;
   for (const Matrix& m : second.matrices) voxels += m.voxels;
   report.fact("voxels in matrices", std::to_string(voxels));
-  report.fact("colours used", std::to_string(colours.size()));
+  report.fact("colours used", std::to_string(used.size()));
   for (size_t i = 0; i < std::min<size_t>(second.matrices.size(), 32); ++i) {
     const Matrix& m = second.matrices[i];
     report.fact("matrix " + m.name, fmt::format("{} x {} x {} at {} {} {}, {} voxels", m.size[0], m.size[1], m.size[2],

@@ -60,6 +60,7 @@ bool convex(const std::vector<glm::dvec2>& flat) {
 
 void MeshBuilder::add_triangle(const MeshCorner& a, const MeshCorner& b, const MeshCorner& c) {
   triangles_.insert(triangles_.end(), {a, b, c});
+  materials_.push_back(material);
 }
 
 bool MeshBuilder::clip_ears(std::span<const MeshCorner> corners) {
@@ -129,8 +130,9 @@ bool MeshBuilder::add_face(std::span<const MeshCorner> corners) {
   return true;
 }
 
-Result<TriangleMesh> MeshBuilder::finish(std::string_view file, MeshReport& report) && {
+Result<TriangleMesh> MeshBuilder::finish(std::string_view file, MeshReport& report, MeshColours* colours_out) && {
   TriangleMesh mesh;
+  const bool coloured = !positions.empty() && position_colours.size() == positions.size();
   if (triangles_.empty()) return input_error(fmt::format("{}: the mesh is empty: it has no face", file));
   std::unordered_map<MeshCorner, uint32_t, CornerHash> vertices;
   const auto vertex = [&](MeshCorner c) {
@@ -139,6 +141,7 @@ Result<TriangleMesh> MeshBuilder::finish(std::string_view file, MeshReport& repo
     const auto [it, added] = vertices.try_emplace(c, static_cast<uint32_t>(mesh.positions.size()));
     if (added) {
       mesh.positions.push_back(positions[c.position]);
+      if (coloured) colours.of_vertices.push_back(position_colours[c.position]);
       if (all_have_textures_) mesh.texture_coordinates.push_back(textures[c.texture]);
       if (all_have_normals_) mesh.normals.push_back(Vec3f(safe_normalize(Vec3d(normals[c.normal]))));
     }
@@ -152,7 +155,14 @@ Result<TriangleMesh> MeshBuilder::finish(std::string_view file, MeshReport& repo
     }
     const uint32_t a = vertex(t[0]), b = vertex(t[1]), c = vertex(t[2]);
     mesh.triangles.emplace_back(a, b, c);
+    if (!colours.materials.empty()) colours.of_triangles.push_back(materials_[i / 3]);
   }
+  if (std::find(colours.of_triangles.begin(), colours.of_triangles.end(), kNoMaterial) != colours.of_triangles.end()) {
+    std::replace(colours.of_triangles.begin(), colours.of_triangles.end(), kNoMaterial,
+                 static_cast<uint32_t>(colours.materials.size()));
+    colours.materials.push_back({.name = "none", .diffuse = {0.8f, 0.8f, 0.8f}, .texture = {}, .found = true});
+  }
+  if (colours_out) *colours_out = std::move(colours);
   if (mesh.triangles.empty())
     return input_error(
         fmt::format("{}: the mesh is empty: none of its {} triangles has an area", file, triangles_.size() / 3));

@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "world/meshes/colours.h"
 #include "world/meshes/mesh.h"
 #include "world/meshes/polygons.h"
 
@@ -33,17 +34,24 @@ class MeshBuilder {
   [[nodiscard]] bool add_face(std::span<const MeshCorner> corners);
   /// What the file holds, as it holds it; the readers count.
   MeshFileFacts facts;
+  /// Colours of positions: as many as those, or none; and what the next faces are of, an entry in colours.materials.
+  std::vector<uint32_t> position_colours;
+  MeshColours colours;
+  static constexpr uint32_t kNoMaterial = 0xffffffffu;
+  uint32_t material = kNoMaterial;
   /// The faces before they become triangles.
   std::vector<uint32_t> face_sizes, face_corners;
 
-  /// Drops triangles without area, and vertices that no triangle has. Fails where no triangle is left.
-  Result<TriangleMesh> finish(std::string_view file, MeshReport& report) &&;
+  /// Drops triangles without area, and vertices that no triangle has. Fails where no triangle is left. Faces without a
+  /// material, in files that have some, get one of their own, white.
+  Result<TriangleMesh> finish(std::string_view file, MeshReport& report, MeshColours* colours_out = nullptr) &&;
 
  private:
   void add_triangle(const MeshCorner& a, const MeshCorner& b, const MeshCorner& c);
   bool clip_ears(std::span<const MeshCorner> corners);
 
   std::vector<MeshCorner> triangles_;  // three a triangle
+  std::vector<uint32_t> materials_;    // by triangle
   bool all_have_textures_ = true, all_have_normals_ = true;
 };
 
@@ -55,9 +63,17 @@ Result<TriangleMesh> quads_mesh(std::span<const double> quads, std::string_view 
 Result<TriangleMesh> revolved_mesh(std::span<const double> profile, int steps, std::string_view where,
                                    MeshReport& report);
 
+/// Materials of an .obj are named in `colours`, and found in its libraries by read_mtl().
 Result<TriangleMesh> read_obj(std::span<const uint8_t> bytes, std::string_view file, MeshReport& report,
-                              MeshFileFacts* facts = nullptr);
+                              MeshFileFacts* facts = nullptr, MeshColours* colours = nullptr);
 Result<TriangleMesh> read_ply(std::span<const uint8_t> bytes, std::string_view file, MeshReport& report,
-                              MeshFileFacts* facts = nullptr);
+                              MeshFileFacts* facts = nullptr, MeshColours* colours = nullptr);
+
+/// What a library of materials (.mtl) says of those that the mesh names: Kd, taken as the linear albedo that its
+/// definition says, and map_Kd. Materials that were found already stay.
+struct MtlReport {
+  size_t clear = 0, shining = 0;  // materials with d below 1 or Tr above 0; with Ke above 0
+};
+Status read_mtl(std::span<const uint8_t> bytes, std::string_view file, MeshColours& colours, MtlReport& report);
 
 }  // namespace world

@@ -3,6 +3,9 @@
 // An own reader, because tinyobjloader (2.0.0rc10) takes `v nan 0 0` and `v 1 2` for zeros, cuts faces of more than 255
 // corners, and names no line.
 // source  Wavefront Technologies. Advanced Visualizer Manual, appendix B1: Object Files. 1995
+#include <algorithm>
+#include <unordered_map>
+#include <utility>
 #include <charconv>
 #include <cmath>
 #include <string>
@@ -65,6 +68,13 @@ std::string_view take_word(std::string_view& line) {
   return word;
 }
 
+/// The line without spaces at its ends: names may hold spaces.
+std::string_view rest_of(std::string_view line) {
+  while (!line.empty() && is_space(line.front())) line.remove_prefix(1);
+  while (!line.empty() && is_space(line.back())) line.remove_suffix(1);
+  return line;
+}
+
 template <class Number>
 bool parse(std::string_view word, Number& out) {
   if (word.starts_with('+')) word.remove_prefix(1);
@@ -77,10 +87,10 @@ class ObjReader {
   ObjReader(std::span<const uint8_t> bytes, std::string_view file)
       : lines_({reinterpret_cast<const char*>(bytes.data()), bytes.size()}), file_(file) {}
 
-  Result<TriangleMesh> read(MeshReport& report, MeshFileFacts* facts) {
+  Result<TriangleMesh> read(MeshReport& report, MeshFileFacts* facts, MeshColours* colours) {
     TRY_STATUS(read_lines());
     if (facts) *facts = builder_.facts;
-    return std::move(builder_).finish(file_, report);
+    return std::move(builder_).finish(file_, report, colours);
   }
 
   Result<PolygonMesh> read_polygons() {
@@ -112,8 +122,10 @@ class ObjReader {
     while (lines_.next(line)) {
       const std::string_view keyword = take_word(line);
       if (keyword == "v") {
+        const std::string_view all = line;
         TRY(const Vec3f v, numbers(line, "v", 3));
         builder_.positions.push_back(v);
+        read_colour(all);
       } else if (keyword == "vn") {
         TRY(const Vec3f n, numbers(line, "vn", 3));
         builder_.normals.push_back(n);
@@ -122,6 +134,10 @@ class ObjReader {
         builder_.textures.emplace_back(t.x, t.y);
       } else if (keyword == "f") {
         TRY_STATUS(face(line));
+      } else if (keyword == "usemtl") {
+        use_material(rest_of(line));
+      } else if (keyword == "mtllib") {
+        builder_.colours.libraries.emplace_back(rest_of(line));
       } else if (keyword == "g" || keyword == "o") {
         ++builder_.facts.groups;
       } else if (keyword == "t") {
@@ -132,6 +148,26 @@ class ObjReader {
     builder_.facts.textures = builder_.textures.size();
     builder_.facts.normals = builder_.normals.size();
     return {};
+  }
+
+  /// Colours behind positions: "v x y z r g b", from 0 to 1; as many programs write them. All vertices have one, or
+  /// none.
+  void read_colour(std::string_view line) {
+    if (builder_.position_colours.size() + 1 != builder_.positions.size()) return;
+    uint32_t colour = 0;
+    for (int i = 0; i < 6; ++i) {
+      double value = 0;
+      if (!parse(take_word(line), value)) return;
+      if (i >= 3) colour = colour << 8 | static_cast<uint32_t>(std::lround(255 * std::clamp(value, 0.0, 1.0)));
+    }
+    if (take_word(line).empty()) builder_.position_colours.push_back(colour);
+  }
+
+  void use_material(std::string_view name) {
+    const auto [found, added] =
+        materials_.try_emplace(std::string(name), static_cast<uint32_t>(builder_.colours.materials.size()));
+    if (added) builder_.colours.materials.push_back({.name = std::string(name), .texture = {}});
+    builder_.material = found->second;
   }
 
   /// "t crease 2/1/0 a b sharpness": an edge from vertex a to vertex b, from 0, in the manner of OpenSubdiv's own
@@ -205,13 +241,63 @@ class ObjReader {
   MeshBuilder builder_;
   std::vector<MeshCorner> corners_;
   std::vector<Crease> creases_;
+  std::unordered_map<std::string, uint32_t> materials_;
 };
 
 }  // namespace
 
 Result<TriangleMesh> read_obj(std::span<const uint8_t> bytes, std::string_view file, MeshReport& report,
-                              MeshFileFacts* facts) {
-  return ObjReader(bytes, file).read(report, facts);
+                              MeshFileFacts* facts, MeshColours* colours) {
+  return ObjReader(bytes, file).read(report, facts, colours);
+}
+
+Status read_mtl(std::span<const uint8_t> bytes, std::string_view file, MeshColours& colours, MtlReport& report) {
+  std::unordered_map<std::string_view, MeshColours::Material*> wanted;
+  for (MeshColours::Material& material : colours.materials)
+    if (!material.found) wanted.emplace(material.name, &material);
+  Lines lines({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  MeshColours::Material* material = nullptr;
+  bool clear = false, shining = false;  // the material at hand, counted once
+  std::string_view line;
+  while (lines.next(line)) {
+    const std::string_view keyword = take_word(line);
+    const auto numbers = [&](std::span<double> out) -> Status {
+      for (double& value : out) {
+        const std::string_view word = take_word(line);
+        if (!parse(word, value) || !std::isfinite(value))
+          return input_error(fmt::format("{}:{}: '{}' has \"{}\", but needs numbers", file, lines.number(), keyword,
+                                         word.substr(0, 32)));
+      }
+      return {};
+    };
+    if (keyword == "newmtl") {
+      const auto found = wanted.find(rest_of(line));
+      material = found == wanted.end() ? nullptr : found->second;
+      if (material) material->found = true;
+      clear = shining = false;
+    } else if (!material) {
+      continue;
+    } else if (keyword == "Kd" && !line.starts_with(" spectral") && !line.starts_with(" xyz")) {
+      double v[3];
+      TRY_STATUS(numbers(v));
+      const auto band = [](double value) { return static_cast<float>(std::clamp(value, 0.0, 1.0)); };
+      material->diffuse = {band(v[0]), band(v[1]), band(v[2])};
+    } else if (keyword == "map_Kd") {
+      // Options come first, the file last; its name may hold spaces, where there are no options.
+      std::string_view name = rest_of(line);
+      if (name.starts_with('-')) name = name.substr(std::min(name.find_last_of(" \t") + 1, name.size()));
+      material->texture = name;
+    } else if (keyword == "d" || keyword == "Tr") {
+      double v[1];
+      TRY_STATUS(numbers(v));
+      if (!std::exchange(clear, clear || (keyword == "d" ? v[0] < 1 : v[0] > 0))) report.clear += clear;
+    } else if (keyword == "Ke" && !line.starts_with(" spectral") && !line.starts_with(" xyz")) {
+      double v[3];
+      TRY_STATUS(numbers(v));
+      if (!std::exchange(shining, shining || std::max({v[0], v[1], v[2]}) > 0)) report.shining += shining;
+    }
+  }
+  return {};
 }
 
 Result<PolygonMesh> read_obj_polygons(std::span<const uint8_t> bytes, std::string_view file) {

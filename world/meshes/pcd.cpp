@@ -1,4 +1,5 @@
-// Point Cloud Library .pcd -> points: the fields x, y and z; others are passed over. DATA ascii, binary (little-endian,
+// Point Cloud Library .pcd -> points: the fields x, y and z, and rgb or rgba, whose bits are
+// 0xRRGGBB also where they are called a float; others are passed over. DATA ascii, binary (little-endian,
 // point by point) and binary_compressed (LZF, field by field).
 //
 //   VERSION .7
@@ -12,6 +13,7 @@
 // source Point Cloud Library. The PCD (Point Cloud Data) file format, version 0.7; Marc Lehmann. LibLZF (the format of
 // its compressed data).
 #include <algorithm>
+#include <bit>
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -163,15 +165,19 @@ class PcdReader {
     for (const Field& field : fields_)
       for (int a = 0; a < 3; ++a)
         if (field.name.size() == 1 && field.name[0] == "xyz"[a] && field.count == 1) axis_[a] = &field;
+    for (const Field& field : fields_)
+      if ((field.name == "rgb" || field.name == "rgba") && field.count == 1 && field.size == 4) colour_ = &field;
     if (!axis_[0] || !axis_[1] || !axis_[2]) return error("the points need the fields x, y and z");
     return {};
   }
 
-  void add(const Vec3d& p) {
-    if (std::isfinite(p.x + p.y + p.z))
+  void add(const Vec3d& p, uint32_t colour) {
+    if (std::isfinite(p.x + p.y + p.z)) {
       points_.positions.push_back(p);
-    else
+      if (colour_) points_.colours.push_back(colour & 0xffffff);
+    } else {
       ++points_.not_finite;
+    }
   }
 
   Status read_ascii() {
@@ -180,6 +186,7 @@ class PcdReader {
         return error(fmt::format("the file ends after {} of its {} points; it is damaged or cut off", i, count_));
       std::string_view line = take_line();
       Vec3d p(std::nan(""));
+      uint32_t colour = 0;
       for (size_t f = 0; f < fields_.size(); ++f) {
         for (uint64_t k = 0; k < fields_[f].count; ++k) {
           const std::string_view word = take_word(line);
@@ -189,11 +196,27 @@ class PcdReader {
               return error(
                   fmt::format("point {} has \"{}\" for {}, but needs a number", i, word.substr(0, 32), "xyz"[a]));
           }
+          if (&fields_[f] == colour_ && !parse_colour(word, colour))
+            return error(fmt::format("point {} has \"{}\" for its colour, but needs a number", i, word.substr(0, 32)));
         }
       }
-      add(p);
+      add(p, colour);
     }
     return {};
+  }
+
+  /// A float's number stands for its bits.
+  bool parse_colour(std::string_view word, uint32_t& colour) const {
+    if (colour_->type != 'F') {
+      int64_t whole = 0;
+      if (!parse(word, whole)) return false;
+      colour = static_cast<uint32_t>(whole);
+      return true;
+    }
+    float number = 0;
+    if (!parse(word, number)) return false;
+    colour = std::bit_cast<uint32_t>(number);
+    return true;
   }
 
   double value(const uint8_t* at, const Field& field) const {
@@ -228,7 +251,13 @@ class PcdReader {
         const uint64_t at = by_field ? field.offset * count_ + i * field.size : i * point_bytes_ + field.offset;
         p[a] = value(data.data() + at, field);
       }
-      add(p);
+      uint32_t colour = 0;
+      if (colour_) {
+        const uint64_t at =
+            by_field ? colour_->offset * count_ + i * colour_->size : i * point_bytes_ + colour_->offset;
+        std::memcpy(&colour, data.data() + at, sizeof colour);
+      }
+      add(p, colour);
     }
     return {};
   }
@@ -259,6 +288,7 @@ class PcdReader {
   size_t at_ = 0;
   std::vector<Field> fields_;
   const Field* axis_[3] = {};
+  const Field* colour_ = nullptr;  // where there is one
   uint64_t point_bytes_ = 0, count_ = 0;
   PointSet points_;
 };

@@ -20,12 +20,16 @@
 #include <cmath>
 #include <cctype>
 #include <cstring>
+#include <optional>
 #include <string>
+#include <unordered_map>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "world/meshes/builder.h"
 #include "world/meshes/points.h"
+#include "world/units/rgb8.h"
 
 namespace world {
 namespace {
@@ -69,7 +73,7 @@ class PlyReader {
   PlyReader(std::span<const uint8_t> bytes, std::string_view file)
       : text_(reinterpret_cast<const char*>(bytes.data()), bytes.size()), file_(file) {}
 
-  Result<TriangleMesh> read(MeshReport& report, MeshFileFacts* facts) {
+  Result<TriangleMesh> read(MeshReport& report, MeshFileFacts* facts, MeshColours* colours) {
     TRY_STATUS(read_header());
     for (const Element& element : elements_) {
       if (element.properties.empty()) continue;
@@ -79,7 +83,7 @@ class PlyReader {
     builder_.facts.normals = builder_.normals.size();
     builder_.facts.textures = builder_.textures.size();
     if (facts) *facts = builder_.facts;
-    return std::move(builder_).finish(file_, report);
+    return std::move(builder_).finish(file_, report, colours);
   }
 
   Result<PointSet> read_points() {
@@ -238,11 +242,38 @@ class PlyReader {
                                    text_.size(), element_));
   }
 
+  /// 0 to 255 of a band; floats count from 0 to 1.
+  static uint32_t byte_of(Type type, double value) {
+    if (type == Type::f32 || type == Type::f64) value *= 255;
+    if (type == Type::u16) value *= 255.0 / 65535;
+    return value > 0 ? static_cast<uint32_t>(std::lround(std::min(value, 255.0))) : 0;
+  }
+  /// Which band a property is, 0 to 2; -1: none.
+  static int band_of(std::string_view name) {
+    for (const std::string_view prefix : {"", "diffuse_"})
+      for (int band = 0; band < 3; ++band)
+        if (name.starts_with(prefix) &&
+            name.substr(prefix.size()) == std::array{"red", "green", "blue"}[static_cast<size_t>(band)])
+          return band;
+    return -1;
+  }
+
+  /// Faces with a colour have a material a colour.
+  void use_colour(uint32_t colour) {
+    const auto [found, added] =
+        materials_.try_emplace(colour, static_cast<uint32_t>(builder_.colours.materials.size()));
+    if (added)
+      builder_.colours.materials.push_back(
+          {.name = fmt::format("{:06X}", colour), .diffuse = linear_from_rgb8(colour), .texture = {}, .found = true});
+    builder_.material = found->second;
+  }
+
   Status read_element(const Element& element, uint64_t index) {
     element_ = element.name;
     const bool vertex = element.name == "vertex", face = element.name == "face";
     Vec3d position(std::nan("")), normal(std::nan(""));
     glm::dvec2 texture(std::nan(""));
+    uint32_t colour = 0, bands = 0;  // bands: a bit for each that is there
     for (const Property& property : element.properties) {
       double value = 0;
       if (property.list) {
@@ -252,8 +283,13 @@ class PlyReader {
         continue;
       }
       TRY_STATUS(read_number(property.type, value));
-      if (!vertex) continue;
+      if (!vertex && !face) continue;
       const std::string& n = property.name;
+      if (const int band = band_of(n); band >= 0) {
+        colour |= byte_of(property.type, value) << (16 - 8 * band);
+        bands |= 1u << band;
+      }
+      if (!vertex) continue;
       for (int a = 0; a < 3; ++a) {
         if (n.size() == 1 && n[0] == "xyz"[a]) position[a] = value;
         if (n.size() == 2 && n[0] == 'n' && n[1] == "xyz"[a]) normal[a] = value;
@@ -261,18 +297,22 @@ class PlyReader {
       if (n == "u" || n == "s" || n == "texture_u") texture.x = value;
       if (n == "v" || n == "t" || n == "texture_v") texture.y = value;
     }
+    if (face && !points_) return add_face(bands == 7 ? std::optional(colour) : std::nullopt);
     if (!vertex) return {};
     if (points_) {
-      if (std::isfinite(position.x + position.y + position.z))
+      if (std::isfinite(position.x + position.y + position.z)) {
         points_->positions.push_back(position);
-      else
+        if (bands == 7) points_->colours.push_back(colour);
+      } else {
         ++points_->not_finite;
+      }
       return {};
     }
     for (int a = 0; a < 3; ++a)
       if (!std::isfinite(static_cast<float>(position[a])))
         return error(fmt::format("vertex {} has no finite {}", index, "xyz"[a]));
     builder_.positions.emplace_back(position);
+    if (bands == 7) builder_.position_colours.push_back(colour);
     if (std::isfinite(normal.x + normal.y + normal.z) && builder_.normals.size() == index)
       builder_.normals.emplace_back(normal);
     if (std::isfinite(texture.x + texture.y) && builder_.textures.size() == index)
@@ -282,7 +322,7 @@ class PlyReader {
 
   Status read_list(const Property& property, double count, bool corners) {
     if (!(count >= 0)) return error(fmt::format("a list has {} entries", count));
-    corners_.clear();
+    if (corners) corners_.clear();
     for (double i = 0; i < count; ++i) {
       double value = 0;
       TRY_STATUS(read_number(property.type, value));
@@ -296,7 +336,13 @@ class PlyReader {
       if (corner.position < builder_.textures.size()) corner.texture = corner.position;
       corners_.push_back(corner);
     }
-    if (!corners) return {};
+    has_corners_ |= corners;
+    return {};
+  }
+
+  Status add_face(std::optional<uint32_t> colour) {
+    if (!std::exchange(has_corners_, false)) return {};
+    if (colour) use_colour(*colour);
     if (corners_.size() < 3) return error(fmt::format("a face has {} corners, but needs 3", corners_.size()));
     if (!builder_.add_face(corners_))
       return error(fmt::format("a face has {} corners; one that is not convex may have {}", corners_.size(),
@@ -310,8 +356,10 @@ class PlyReader {
   Encoding encoding_ = Encoding::ascii;
   std::vector<Element> elements_;
   MeshBuilder builder_;
-  std::vector<MeshCorner> corners_;
-  PointSet* points_ = nullptr;  // where only points are wanted
+  std::vector<MeshCorner> corners_;  // of the face that is being read
+  bool has_corners_ = false;
+  std::unordered_map<uint32_t, uint32_t> materials_;  // colour of faces -> material
+  PointSet* points_ = nullptr;                        // where only points are wanted
 };
 
 }  // namespace
@@ -325,8 +373,8 @@ Result<PointSet> read_ply_points(std::span<const uint8_t> bytes, std::string_vie
 }
 
 Result<TriangleMesh> read_ply(std::span<const uint8_t> bytes, std::string_view file, MeshReport& report,
-                              MeshFileFacts* facts) {
-  return PlyReader(bytes, file).read(report, facts);
+                              MeshFileFacts* facts, MeshColours* colours) {
+  return PlyReader(bytes, file).read(report, facts, colours);
 }
 
 }  // namespace world

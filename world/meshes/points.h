@@ -13,8 +13,9 @@
 namespace world {
 
 struct PointSet {
-  std::vector<Vec3d> positions;  // in the file's units; all finite
-  uint64_t not_finite = 0;       // points that were left out: scanners mark "no return" with NaN
+  std::vector<Vec3d> positions;   // in the file's units; all finite
+  std::vector<uint32_t> colours;  // 0xRRGGBB, sRGB, of each; or none
+  uint64_t not_finite = 0;        // points that were left out: scanners mark "no return" with NaN
 };
 
 /// .ply or .pcd, by content. Memory is bounded by the file's size.

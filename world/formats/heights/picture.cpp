@@ -20,6 +20,9 @@ constexpr uint32_t kMostTexts = 64, kMostTextBytes = 1 << 16;
 /// until it is land. Pictures of real land are hardly smaller than a byte a post.
 constexpr uint64_t most_posts(uint64_t file_bytes) { return 3'000'000 + file_bytes; }
 
+/// Pixels of colour, of which each takes 7 bytes while it is read.
+constexpr uint64_t most_pixels(uint64_t file_bytes) { return 16'000'000 + 2 * file_bytes; }
+
 struct Failure {
   char message[200] = "";
 };
@@ -70,7 +73,7 @@ void take_bytes(png_structp png, png_bytep out, size_t count) {
   reader->at += count;
 }
 
-bool read_head(Reader& reader) {
+bool read_head(Reader& reader, bool colours) {
   if (setjmp(png_jmpbuf(reader.png))) return false;
   png_set_read_fn(reader.png, &reader, take_bytes);
   png_set_user_limits(reader.png, 1 << 20, 1 << 20);
@@ -78,7 +81,14 @@ bool read_head(Reader& reader) {
   png_set_chunk_malloc_max(reader.png, kMostTextBytes);
   png_read_info(reader.png, reader.info);
   png_set_interlace_handling(reader.png);
-  png_set_swap(reader.png);  // 16-bit samples become little-endian
+  if (colours) {
+    png_set_expand(reader.png);
+    png_set_strip_16(reader.png);
+    png_set_strip_alpha(reader.png);
+    png_set_gray_to_rgb(reader.png);
+  } else {
+    png_set_swap(reader.png);  // 16-bit samples become little-endian
+  }
   png_read_update_info(reader.png, reader.info);
   return true;
 }
@@ -131,7 +141,7 @@ Result<HeightPicture> read_height_png(std::span<const uint8_t> bytes, std::strin
   const auto failed = [&] {
     return byte_error(name, reader.at, fmt::format("the PNG is damaged or cut off: {}", reader.failure.message));
   };
-  if (!read_head(reader)) return failed();
+  if (!read_head(reader, /*colours=*/false)) return failed();
   HeightPicture picture;
   picture.width = png_get_image_width(reader.png, reader.info);
   picture.height = png_get_image_height(reader.png, reader.info);
@@ -156,6 +166,33 @@ Result<HeightPicture> read_height_png(std::span<const uint8_t> bytes, std::strin
   png_textp texts = nullptr;
   const int text_count = png_get_text(reader.png, reader.info, &texts, nullptr);
   for (int i = 0; i < text_count; ++i) picture.texts[texts[i].key] = texts[i].text;
+  return picture;
+}
+
+Result<ColourPicture> read_colour_png(std::span<const uint8_t> bytes, std::string_view name) {
+  Reader reader(bytes);
+  if (!reader.png || !reader.info) return input_error(fmt::format("{}: no memory for libpng", name));
+  const auto failed = [&] {
+    return byte_error(name, reader.at, fmt::format("the PNG is damaged or cut off: {}", reader.failure.message));
+  };
+  if (!read_head(reader, /*colours=*/true)) return failed();
+  ColourPicture picture;
+  picture.width = png_get_image_width(reader.png, reader.info);
+  picture.height = png_get_image_height(reader.png, reader.info);
+  if (png_get_rowbytes(reader.png, reader.info) != size_t{3} * picture.width)
+    return byte_error(name, 16, "the PNG has samples that don't become red, green and blue");
+  const uint64_t count = uint64_t{picture.width} * picture.height;
+  if (count > most_pixels(bytes.size()))
+    return byte_error(name, 16,
+                      fmt::format("the PNG claims {} x {} pixels, which a file of {} bytes may not unpack to",
+                                  picture.width, picture.height, bytes.size()));
+  std::vector<uint8_t> samples(3 * count);
+  std::vector<png_bytep> rows(picture.height);
+  for (size_t row = 0; row < rows.size(); ++row) rows[row] = samples.data() + row * 3 * picture.width;
+  if (!read_rows(reader, rows.data())) return failed();
+  picture.pixels.resize(count);
+  for (size_t i = 0; i < count; ++i)
+    picture.pixels[i] = uint32_t{samples[3 * i]} << 16 | uint32_t{samples[3 * i + 1]} << 8 | samples[3 * i + 2];
   return picture;
 }
 

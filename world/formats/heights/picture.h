@@ -1,4 +1,5 @@
-/// Pictures of heights: .png of 8 or 16 bits, whole samples, nothing converted. No libpng header here.
+/// Pictures through libpng: of heights, .png of 8 or 16 bits, whole samples, nothing converted; and of colours. No
+/// libpng header here.
 #pragma once
 
 #include <cstdint>
@@ -29,5 +30,13 @@ struct HeightPicture {
 Result<HeightPicture> read_height_png(std::span<const uint8_t> bytes, std::string_view name);
 /// 16 bits of grey, with its texts. The bytes of the file.
 Result<std::string> write_height_png(const HeightPicture& picture, std::string_view name);
+
+/// A picture of colours, sRGB.
+struct ColourPicture {
+  uint32_t width = 0, height = 0;
+  std::vector<uint32_t> pixels;  // [row][column] 0xRRGGBB
+};
+/// Any .png: palettes, greys and 16 bits become 8 bits a band; what is transparent keeps its colour.
+Result<ColourPicture> read_colour_png(std::span<const uint8_t> bytes, std::string_view name);
 
 }  // namespace world

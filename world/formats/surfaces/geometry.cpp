@@ -7,6 +7,7 @@
 
 #include "world/formats/archive/budget.h"
 #include "world/formats/collector.h"
+#include "world/formats/surfaces/paint.h"
 #include "world/sources/mesh/mesh_shape.h"
 #include "world/sources/sampler.h"
 
@@ -83,6 +84,7 @@ double voxel_size_for(const ShapeBox& bounds, const ImportOptions& options) {
 }
 
 Result<World> world_from_mesh(const TriangleMesh& mesh, const MeshFileFacts& facts, const MeshReport& read,
+                              const MeshColours& colours, std::span<const ColourPicture> textures,
                               const std::string& name, const std::string& stem, const ImportOptions& options,
                               ImportReport& report) {
   ShapeBox bounds;
@@ -96,7 +98,9 @@ Result<World> world_from_mesh(const TriangleMesh& mesh, const MeshFileFacts& fac
   const auto shape =
       mesh_shape(mesh, {.shell = options.shell, .thickness = options.shell ? sampling.voxel_size_m : 0}, shape_report);
   const bool z_up = options.up == ImportOptions::Up::z;
-  TRY(World world, sampled_world(*shape, "mesh:" + stem, z_up ? y_up_from_z_up() : glm::dmat3(1.0), sampling, name));
+  const glm::dmat3 turn = z_up ? y_up_from_z_up() : glm::dmat3(1.0);
+  const std::string block = "mesh:" + stem;
+  TRY(World world, sampled_world(*shape, block, turn, sampling, name));
   set_origin(world, "mesh", name, sampling.voxel_size_m);
   report.fact("voxel size", fmt::format("{:g}", sampling.voxel_size_m));
   report.fact("vertices", std::to_string(facts.vertices));
@@ -105,6 +109,9 @@ Result<World> world_from_mesh(const TriangleMesh& mesh, const MeshFileFacts& fac
   report.fact("edges", std::to_string(shape_report.edges));
   report.fact("bounds", text_of(bounds.min) + " .. " + text_of(bounds.max));
   report.fact("filled as", options.shell ? "shell" : "solid");
+  if (colours.any())
+    TRY_STATUS(
+        paint_mesh(world, *world.palette->find(block), mesh, colours, textures, turn, sampling.voxel_size_m, report));
   if (read.degenerate)
     report.warnings.push_back(fmt::format("{} triangles have no area and were left out", read.degenerate));
   if (shape_report.holes_closed)
@@ -154,6 +161,9 @@ Result<World> world_from_points(const PointSet& points, uint64_t file_bytes, con
   }
   set_origin(world, "points", name, size);
   report.fact("voxel size", fmt::format("{:g}", size));
+  if (!points.colours.empty())
+    TRY_STATUS(paint_points(world, *world.palette->find(block), points.positions, points.colours,
+                            z_up ? y_up_from_z_up() : glm::dmat3(1.0), size, report));
   report.fact("points", std::to_string(points.positions.size() + points.not_finite));
   report.fact("finite", std::to_string(points.positions.size()));
   report.fact("centroid", text_of(sum / static_cast<double>(points.positions.size())));
