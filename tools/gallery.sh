@@ -34,6 +34,14 @@ picture shapes shapes
 picture bunny "$data/mesh/stanford-bunny.obj"
 picture lidar "$data/points/target.ply"
 picture saint-helens "$data/dem/SainteHelens.dem"
+size=480x270
+picture cottage "$data/schem/green-cottage.schem"
+picture mansion "$data/schem/mansion.litematic"
+picture viking-house "$data/schem/viking-house1.schematic"
+picture region "$data/mca/1.16/r.0.-1.mca"
+picture luanti "$data/luanti/map2.sqlite"
+picture robot "$data/qb/robo.qb"
+size=960x540
 
 # Scenes of light: so small, and with so many samples a pixel, that their noise is no more than grain.
 reference() {  # reference SCENE SIZE SAMPLES

@@ -35,7 +35,10 @@ struct SurfaceFormat {
   std::string extension;  // ".obj"
   std::string what;       // one line for help
   world::Result<std::string> (*encode)(const Surface& surface);
+  bool materials = false;  // says that blocks shine or let light pass; else their colour is all that it holds
 };
+/// What of a world a file of this format doesn't hold beside what lies inside, a sentence each.
+std::vector<std::string> surface_losses(const world::World& world, const SurfaceFormat& format);
 /// One a file of render/export/, sorted by name.
 const std::vector<SurfaceFormat>& surface_formats();
 /// By extension; null where it is none of these.

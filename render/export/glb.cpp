@@ -107,7 +107,11 @@ world::Result<std::string> encode(const Surface& surface) {
 }  // namespace
 
 SurfaceFormat glb_surface_format() {
-  return {.name = "glb", .extension = ".glb", .what = "faces with materials, binary glTF", .encode = encode};
+  return {.name = "glb",
+          .extension = ".glb",
+          .what = "faces with materials, binary glTF",
+          .encode = encode,
+          .materials = true};
 }
 
 }  // namespace render

@@ -72,6 +72,27 @@ Surface surface_of(const world::World& world, bool merged) {
   return surface;
 }
 
+std::vector<std::string> surface_losses(const world::World& world, const SurfaceFormat& format) {
+  std::vector<std::string> lost;
+  size_t shining = 0, clear = 0, shaped = 0;
+  for (const auto& [id, count] : world.store.census()) {
+    const world::Block& block = (*world.palette)[id];
+    shining += block.emission.max() > 0;
+    clear += !block.opaque;
+    shaped += !block.proxy.empty();
+  }
+  if (shining > 0)
+    lost.push_back(fmt::format("{} kinds of block shine: {}", shining,
+                               format.materials ? "the colour of their light is kept, its watts are lost"
+                                                : "their colour is kept, their light is lost"));
+  if (clear > 0 && !format.materials)
+    lost.push_back(fmt::format("{} kinds of block let light pass: they become opaque", clear));
+  if (shaped > 0) lost.push_back(fmt::format("{} kinds of block have shapes of their own: they become cubes", shaped));
+  for (const auto& more : {world::lost_layers(world), world::lost_surroundings(world)})
+    lost.insert(lost.end(), more.begin(), more.end());
+  return lost;
+}
+
 world::Status write_surface(const world::World& world, const SurfaceFormat& format, const std::filesystem::path& path) {
   const Surface surface = surface_of(world);
   if (surface.blocks.empty())

@@ -6,6 +6,7 @@
 
 #include "tools/progress.h"
 #include "tools/json_text.h"
+#include "tools/picture.h"
 #include "render/export/export.h"
 #include "tools/verb.h"
 #include "world/base/text.h"
@@ -23,12 +24,15 @@ struct ConvertOptions {
   bool json = false;
 };
 
-void print_report(const world::World& world, const world::ImportReport& report) {
+void print_report(const world::World& world, const world::ImportReport& report, const std::string& output,
+                  const std::vector<std::string>& lost) {
   for (const auto& [name, value] : report.facts) std::printf("%-24s %s\n", name.c_str(), value.c_str());
   std::printf("%-24s %s\n", "voxels", world::with_thousands(world.store.voxel_count()).c_str());
   if (!report.unmapped.empty()) std::printf("\nno block for:\n");
   for (const auto& [name, count] : report.unmapped)
     std::printf("  %-38s %s\n", name.c_str(), world::with_thousands(count).c_str());
+  if (!lost.empty()) std::printf("\nnot in %s:\n", output.c_str());
+  for (const std::string& sentence : lost) std::printf("  %s\n", sentence.c_str());
   for (const std::string& warning : report.warnings) std::fprintf(stderr, "warning: %s\n", warning.c_str());
 }
 
@@ -51,29 +55,29 @@ world::Result<int> run_convert(ConvertOptions options) {
   if (scene.file == options.input) scene.import_options = options.import;  // else it is a scene, with its own
   Progress progress;
   progress.stage("reading " + options.input);
-  TRY(world::World world, world::build_world(scene, report));
+  TRY(world::World world, build_picture_world(scene, report));  // with the images and meshes that a save keeps
   if (options.import.strict && !report.unmapped.empty())
     return world::input_error(options.input + ": " + std::to_string(report.unmapped.size()) +
                               " kinds of block have no match, the first is \"" + report.unmapped.begin()->first +
                               "\": map them or leave --strict out");
-  if (writer && writer->losses) {
-    for (const std::string& lost : writer->losses(world)) {
-      if (options.import.strict)
-        return world::input_error(options.output + ": " + lost + "; leave --strict out to write it so");
-      report.warnings.push_back(options.output + ": " + lost);
-    }
-  }
+  const std::vector<std::string> lost = surface          ? render::surface_losses(world, *surface)
+                                        : writer->losses ? writer->losses(world)
+                                                         : std::vector<std::string>();
+  if (options.import.strict && !lost.empty())
+    return world::input_error(options.output + ": " + lost.front() + "; leave --strict out to write it so");
   progress.stage("writing " + options.output);
   TRY_STATUS(surface ? render::write_surface(world, *surface, options.output)
                      : world::write_world(world, options.output));
   progress.stage("");
   if (options.json) {
-    nlohmann::json j{
-        {"voxels", world.store.voxel_count()}, {"unmapped", report.unmapped}, {"warnings", report.warnings}};
+    nlohmann::json j{{"voxels", world.store.voxel_count()},
+                     {"unmapped", report.unmapped},
+                     {"warnings", report.warnings},
+                     {"lost", lost}};
     for (const auto& [name, value] : report.facts) j["facts"][name] = value;
     std::cout << json_text(j) << '\n';
   } else {
-    print_report(world, report);
+    print_report(world, report, options.output, lost);
   }
   return 0;
 }

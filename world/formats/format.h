@@ -69,6 +69,11 @@ struct Format {
   std::function<std::vector<std::string>(const World&)> losses = nullptr;
 };
 
+/// What only our own saves keep of a world, a sentence each: luminaires, media, meshes, cameras, sun and sky; and
+/// layers.
+std::vector<std::string> lost_surroundings(const World& world);
+std::vector<std::string> lost_layers(const World& world);
+
 /// All formats; the one registry.
 const std::vector<Format>& formats();
 /// By extension, then by content; a folder by what lies in it.

@@ -19,6 +19,7 @@ const Format& nvdb_format() {
         return world_from_nvdb(bytes, path.string(), report, options);
       },
       .write = write_nvdb,
+      .losses = lost_surroundings,
   };
   return format;
 }

@@ -139,6 +139,19 @@ Status write_height_png_of(const World& world, const std::filesystem::path& path
   return out ? Status() : Status(input_error(fmt::format("{}: cannot write all of it", path.string())));
 }
 
+namespace {
+
+std::vector<std::string> height_losses(const World& world) {
+  const size_t kinds = world.store.census().size();
+  std::vector<std::string> lost = {
+      fmt::format("of {} kinds of block and what lies below others only the height of each column is kept", kinds)};
+  for (const auto& more : {lost_layers(world), lost_surroundings(world)})
+    lost.insert(lost.end(), more.begin(), more.end());
+  return lost;
+}
+
+}  // namespace
+
 const Format& png_height_format() {
   static const Format format = {
       .name = "png_height",
@@ -154,6 +167,7 @@ const Format& png_height_format() {
         return world_from_height_png(bytes, path.string(), options, report);
       },
       .write = write_height_png_of,
+      .losses = height_losses,
   };
   return format;
 }

@@ -70,6 +70,30 @@ void set_origin(World& world, std::string_view format, const std::filesystem::pa
   world.metadata["voxel_size_m"] = fmt::format("{:.9g}", voxel_size_m);
 }
 
+std::vector<std::string> lost_surroundings(const World& world) {
+  std::vector<std::string> lost;
+  const auto count = [&](size_t n, const char* one, const char* several) {
+    if (n > 0)
+      lost.push_back(fmt::format("{} {} {} lost: .loam keeps them", n, n == 1 ? one : several, n == 1 ? "is" : "are"));
+  };
+  count(world.luminaires.size(), "luminaire", "luminaires");
+  count(world.media.size(), "medium", "media");
+  count(world.meshes.size(), "mesh", "meshes");
+  count(world.cameras.size(), "camera", "cameras");
+  count(world.knobs.size(), "knob of its pictures", "knobs of its pictures");
+  if (!(world.environment == Environment{})) lost.push_back("its own sun and sky are lost: .loam keeps them");
+  return lost;
+}
+
+std::vector<std::string> lost_layers(const World& world) {
+  std::vector<std::string> lost;
+  for (const LayerInfo& layer : world.store.layers())
+    if (layer.name != layer_rows()[static_cast<size_t>(Layer::block)].name)
+      lost.push_back(fmt::format("the layer {} of {} voxels is lost: .loam, .vdb and .nvdb keep it", layer.name,
+                                 with_thousands(layer.active_voxels)));
+  return lost;
+}
+
 const std::vector<Format>& formats() {
   static const std::vector<Format> all = {
 #define FORMAT(name) name##_format(),

@@ -325,6 +325,12 @@ const Format& schem_format() {
       .recognizes = nullptr,
       .read = read_schem,
       .write = write_schem,
+      .losses =
+          [](const World& world) {
+            std::vector<std::string> lost = lost_layers(world);
+            for (std::string& more : lost_surroundings(world)) lost.push_back(std::move(more));
+            return lost;
+          },
   };
   return format;
 }

@@ -391,6 +391,7 @@ const Format& vdb_format() {
         return world_from_vdb(bytes, path.string(), report, options);
       },
       .write = write_vdb,
+      .losses = lost_surroundings,
   };
   return format;
 }

@@ -231,6 +231,8 @@ std::vector<std::string> vox_losses(const World& world) {
   if (palette.sharing)
     lost.push_back(fmt::format("{} kinds of block look like others and share their colour: a palette holds {}",
                                palette.sharing, kColours));
+  for (const auto& more : {lost_layers(world), lost_surroundings(world)})
+    lost.insert(lost.end(), more.begin(), more.end());
   return lost;
 }
 
