@@ -122,6 +122,11 @@ TEST(Streamer, TheBudgetHoldsWhateverIsWanted) {
       most = std::max(most, streamer.update({&viewer, 1}, step).bytes);
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
+    // On a busy machine its generation may take longer; it must come.
+    for (int i = 0; i < 5000 && !streamer.is_resident(region_from_voxel(viewer)); ++i) {
+      most = std::max(most, streamer.update({&viewer, 1}, step).bytes);
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
     EXPECT_TRUE(streamer.is_resident(region_from_voxel(viewer))) << "the nearest comes first and is the last to go";
   }
   const VoxelPos viewer{2000, 100, 1000};
