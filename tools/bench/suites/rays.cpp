@@ -423,13 +423,14 @@ void add_suite_rays(Registry& registry) {
                 .prepare = prepare_bytes});
 
   const char* const cameras = "1280x720 from each of the valley's cameras";
-  registry.add({.name = "picture",
-                .what = fmt::format("pictures without shadows, {}", cameras),
-                .unit = "M rays/s",
-                .scale = 1e6,
-                .threads = 2,
-                .reach = Reach{4, "the aim for a scalar walk: primary rays on the 1024x256x1024 valley, 2 threads, scalar"},
-                .prepare = [](BenchContext& context) { return prepare_picture(context, render::SunShadow::none); }});
+  registry.add(
+      {.name = "picture",
+       .what = fmt::format("pictures without shadows, {}", cameras),
+       .unit = "M rays/s",
+       .scale = 1e6,
+       .threads = 2,
+       .reach = Reach{4, "the aim for a scalar walk: primary rays on the 1024x256x1024 valley, 2 threads, scalar"},
+       .prepare = [](BenchContext& context) { return prepare_picture(context, render::SunShadow::none); }});
   registry.add({.name = "picture_core",
                 .what = fmt::format("the same on one thread, {}", cameras),
                 .unit = "M rays/s",
