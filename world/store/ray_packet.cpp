@@ -377,6 +377,11 @@ class Beam {
 #endif
   }
 
+  /// Of a leaf within the bounds, by its place along main, u and v.
+  HWY_INLINE uint32_t code(int32_t layer, int32_t leaf_u, int32_t leaf_v) const {
+    return codes_[stride_m_ * static_cast<size_t>(layer) + stride_u_ * static_cast<size_t>(leaf_u) +
+                  stride_v_ * static_cast<size_t>(leaf_v)];
+  }
   /// Beyond this plane there is nothing.
   int32_t end_k() const { return end_k_; }
 
@@ -432,11 +437,10 @@ class Beam {
       const int32_t v0 = std::max(e.cell[2], 0) >> log2, v1 = std::min(e.cell[3], last_v_) >> log2;
       bool clear = u1 - u0 <= 3 && v1 - v0 <= 3;
       const uint32_t least = static_cast<uint32_t>(size - 1);
-      const uint32_t* layer = codes_ + stride_m_ * static_cast<size_t>((cell ^ flip_) >> 3);
+      const int32_t layer = (cell ^ flip_) >> 3;
       for (int32_t a = u0; clear && a <= u1; ++a)
         for (int32_t b = v0; clear && b <= v1; ++b) {
-          const uint32_t code = layer[stride_u_ * (static_cast<size_t>(a) << (log2 - 3)) +
-                                      stride_v_ * (static_cast<size_t>(b) << (log2 - 3))];
+          const uint32_t code = this->code(layer, a << (log2 - 3), b << (log2 - 3));
           clear = (code & BrickVolume::kSide) >= least && !(code & BrickVolume::kMixed);
         }
       if (!clear) {
@@ -473,9 +477,6 @@ int32_t march(const BrickVolume& bricks, Packet& p, const PacketBounds& bounds, 
   const int m = p.main, u = p.u, v = p.v;
   const int32_t flip = p.flip, corner_k = p.corner[0];
   const int32_t* leaves = bricks.leaves_along();
-  const size_t strides[3] = {size_t(leaves[1]) * size_t(leaves[2]), 1, size_t(leaves[1])};
-  const size_t stride_m = strides[m], stride_u = strides[u], stride_v = strides[v];
-  const uint32_t* codes = bricks.codes();
   int log2 = k == 0 ? 7 : 3;
   const uint64_t* slices[4] = {};
   int32_t loaded_layer = INT32_MIN, loaded_u = 0, loaded_v = 0;
@@ -500,8 +501,7 @@ int32_t march(const BrickVolume& bricks, Packet& p, const PacketBounds& bounds, 
           leaf[m] = layer, leaf[u] = leaf_u + (i & 1), leaf[v] = leaf_v + (i >> 1);
           const bool held = static_cast<uint32_t>(leaf[u]) < static_cast<uint32_t>(leaves[u]) &&
                             static_cast<uint32_t>(leaf[v]) < static_cast<uint32_t>(leaves[v]);
-          const uint32_t code =
-              held ? codes[stride_m * size_t(layer) + stride_u * size_t(leaf[u]) + stride_v * size_t(leaf[v])] : 0;
+          const uint32_t code = held ? beam.code(layer, leaf[u], leaf[v]) : 0;
           if (!(code & BrickVolume::kMixed)) {
             slices[i] = kNothing;
             continue;
