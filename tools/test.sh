@@ -36,7 +36,12 @@ run_tests() {  # label build-folder part limit_s [1: reaching the limit is no fa
   passed=$(( passed + ${good:-0} )) failed=$(( failed + ${bad:-0} ))
   echo "$1: ${good:-0} passed, ${bad:-0} failed, ${skipped:-0} skipped, $(( SECONDS - began )) s"
   grep '^skipped: ' "$log" | sort -u
-  [[ $status -eq 0 ]] || grep -v -e '^\[ RUN  ' -e '^\[       OK' -e '^\[-----' "$log" | tail -n 200
+  if [[ $status -ne 0 ]]; then
+    grep -v -e '^\[ RUN  ' -e '^\[       OK' -e '^\[-----' "$log" | tail -n 200
+    # The sanitizers' own words last: what they print after a stack is long, and logs are cut.
+    grep -e '^\[ RUN  ' "$log" | tail -n 1
+    grep -m 1 -A 30 -e 'ERROR: .*Sanitizer' -e 'runtime error:' "$log" | cut -c1-300
+  fi
   rm -f "$log"
 }
 

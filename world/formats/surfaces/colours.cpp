@@ -25,7 +25,7 @@ uint32_t rounded_colour(uint32_t colour, int bits) {
 
 }  // namespace
 
-Result<ColourBlocks> ColourBlocks::make(std::vector<uint32_t> colours, const std::string& prefix, size_t most,
+Result<ColourBlocks> ColourBlocks::make(std::vector<uint32_t> colours, std::string prefix, size_t most,
                                         BlockPalette& palette) {
   std::sort(colours.begin(), colours.end());
   int bits = 8;

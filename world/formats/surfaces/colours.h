@@ -17,8 +17,9 @@ constexpr float kMinAlbedo = 0.004f, kMaxAlbedo = 0.98f;
 class ColourBlocks {
  public:
   /// Gives each of these colours (0xRRGGBB, once each) a block "PREFIX:RRGGBB". Where they are more than `most`, they
-  /// are rounded to as many bits a band as make them fit.
-  static Result<ColourBlocks> make(std::vector<uint32_t> colours, const std::string& prefix, size_t most,
+  /// are rounded to as many bits a band as make them fit. The prefix is a copy: it may be a name of the palette, whose
+  /// blocks move when it grows.
+  static Result<ColourBlocks> make(std::vector<uint32_t> colours, std::string prefix, size_t most,
                                    BlockPalette& palette);
   BlockId operator[](uint32_t colour) const { return blocks_.at(colour); }
   /// What was rounded, as a sentence; empty where nothing was.
