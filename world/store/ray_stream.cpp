@@ -33,17 +33,17 @@ struct BrickView {
 /// it runs upwards on each axis: there a cell c is c ^ flip. Cells count from the low corner of the bounds. Directions
 /// are scaled so that their largest component is 1. Three rows in a row are x, y, z.
 enum RayRow : int {
-  kOrigin = 0,    // fraction of the start voxel
+  kOrigin = 0,    // fraction of the start voxel, from its middle
   kAlong = 3,     // direction
   kInverse = 6,   // 1 / along
-  kBeyond = 9,    // (1 - origin) * inverse
+  kBeyond = 9,    // how much of the start voxel lies ahead, times inverse
   kBase = 12,     // start voxel
   kFlip = 15,     // 0 or -1
-  kLast = 18,     // the last cell that may hold anything
-  kUpwards = 21,  // the bits of a column's side where the ray doesn't go down, else 0
-  kLimit = 22,    // t at which it ends
-  kRay = 23,      // index; -1 for a lane without a ray, which stands in the first cell and misses at each step
-  kRayRows = 24
+  kTop = 18,      // the last cell along y that may hold anything
+  kUpwards = 19,  // the bits of a column's side where the ray doesn't go down, else 0
+  kLimit = 20,    // t at which it ends, or leaves what may hold anything
+  kRay = 21,      // index; -1 for a lane without a ray, which stands in the first cell and misses at each step
+  kRayRows = 22
 };
 
 /// Rays made ready to walk, in [begin, end) of each row. What lies behind may be read and overwritten, up to a vector.
@@ -53,10 +53,13 @@ struct alignas(64) ReadyRays {
   size_t begin = 0, end = 0;
 };
 
-/// Rays that met a voxel: theirs, and the axis by which it was entered (-1: they started there).
+/// By which axis a cell was entered: 2 less than the axis, or that none was.
+constexpr int32_t kByNone = 1;
+
+/// Rays that met a voxel: theirs, and by which axis it was entered.
 struct alignas(64) HitRays {
   static constexpr size_t kSize = 64;
-  int32_t ray[kSize + 16], voxel[3][kSize + 16], axis[kSize + 16];
+  int32_t ray[kSize + 16], voxel[3][kSize + 16], by[kSize + 16];
   size_t count = 0;
 };
 
@@ -67,29 +70,30 @@ HWY_BEFORE_NAMESPACE();
 namespace world {
 namespace HWY_NAMESPACE {
 
-/// Where a crossing at t leads along one axis: the cell, and how far from the middle of it.
+/// Where a crossing at t leads along one axis: the cell, and how far from the middle of it. Origin: from the middle of
+/// the start voxel.
 HWY_INLINE I cell_at(F t, F origin, F along, I base, F& off_middle) {
   const Floats df;
-  const F position = hn::MulAdd(t, along, hn::Sub(origin, hn::Set(df, 0.5f)));
+  const F position = hn::MulAdd(t, along, origin);
   const I whole = nearest_within(position);
   off_middle = hn::Abs(hn::Sub(position, hn::ConvertTo(df, whole)));
   return hn::Add(base, whole);
 }
 
-/// How far off the middle is still sure after a crossing at t of a plane of an axis with this inverse direction. With u
-/// = 2^-24: t itself is wrong by at most 5 u t + u inverse (inverse 2 u, its product with a number of cells u, beyond 3
-/// u and u of its start, their sum u), and a position by that, its direction (u t), the product and the sum (2 u t,
-/// fused or not), and the start (2 u): 8 u t + u inverse + 2 u. These are 10 u, 2 u and 4 u.
-HWY_INLINE F sure_distance(F t, F inverse) {
+/// How far off the middle is still sure after a crossing at t. With u = 2^-24, rays given in double: a direction is
+/// wrong by 2 u of itself (made a float, scaled), its inverse by 3 u, what lies ahead in the start voxel by u, so both
+/// parts of t by at most 5 u of them and their sum by 6 u t. A position is by that, its direction (2 u t), the product
+/// and the sum (2 u t, fused or not), and the start (2 u): 10 u t + 2 u. These are 12 u and 4 u.
+HWY_INLINE F sure_distance(F t) {
   const Floats df;
-  return hn::MulAdd(t, hn::Set(df, -0x1.4p-21f),
-                    hn::MulAdd(inverse, hn::Set(df, -0x1p-23f), hn::Set(df, 0.5f - 0x1p-22f)));
+  return hn::MulAdd(t, hn::Set(df, -0x1.8p-21f), hn::Set(df, 0.5f - 0x1p-22f));
 }
 
-/// What is given of a vector of rays: start voxels from the corner of the bounds, fractions, directions.
+/// What is given of a vector of rays: start voxels from the corner of the bounds, fractions and what they leave of 1,
+/// each exact but for its rounding, directions.
 struct GivenRays {
   I voxel[3];
-  F fraction[3], direction[3], t_max;
+  F fraction[3], rest[3], direction[3], t_max;
 };
 
 /// Of rays [0, count), at most a vector; lanes after them repeat the last.
@@ -106,6 +110,7 @@ HWY_INLINE GivenRays load_rays(const BrickView& bricks, const Ray* rays, size_t 
       for (int a = 0; a < 3; ++a) {
         given.voxel[a] = hn::Sub(low[a], hn::Set(di, (&bricks.low.x)[a]));
         given.fraction[a] = hn::BitCast(df, low[3 + a]);
+        given.rest[a] = hn::Sub(hn::Set(df, 1.0f), given.fraction[a]);
         given.direction[a] = hn::BitCast(df, high[4 + a]);
       }
       given.t_max = hn::BitCast(df, high[7]);
@@ -113,11 +118,12 @@ HWY_INLINE GivenRays load_rays(const BrickView& bricks, const Ray* rays, size_t 
     }
   }
   alignas(64) int32_t voxel[3][kMostLanes];
-  alignas(64) float fraction[3][kMostLanes], direction[3][kMostLanes], t_max[kMostLanes];
+  alignas(64) float fraction[3][kMostLanes], rest[3][kMostLanes], direction[3][kMostLanes], t_max[kMostLanes];
   for (size_t lane = 0; lane < hn::Lanes(di); ++lane) {
     const Ray& ray = rays[std::min(lane, count - 1)];
     for (int a = 0; a < 3; ++a) {
       fraction[a][lane] = static_cast<float>((&ray.fraction.x)[a]);
+      rest[a][lane] = static_cast<float>(1 - (&ray.fraction.x)[a]);
       direction[a][lane] = static_cast<float>((&ray.direction.x)[a]);
       voxel[a][lane] = (&ray.voxel.x)[a] - (&bricks.low.x)[a];
     }
@@ -125,7 +131,8 @@ HWY_INLINE GivenRays load_rays(const BrickView& bricks, const Ray* rays, size_t 
   }
   for (int a = 0; a < 3; ++a) {
     given.voxel[a] = hn::Load(di, voxel[a]);
-    given.fraction[a] = hn::Load(df, fraction[a]), given.direction[a] = hn::Load(df, direction[a]);
+    given.fraction[a] = hn::Load(df, fraction[a]), given.rest[a] = hn::Load(df, rest[a]);
+    given.direction[a] = hn::Load(df, direction[a]);
   }
   given.t_max = hn::Load(df, t_max);
   return given;
@@ -145,15 +152,18 @@ HWY_INLINE void prepare(const BrickView& bricks, const GivenRays& rays, uint32_t
   auto fine = hn::And(hn::Gt(largest, hn::Set(df, 0x1p-60f)), hn::Lt(largest, hn::Set(df, 0x1p60f)));
   fine = hn::And(fine, hn::Ge(rays.t_max, zero));
   auto none = hn::Lt(zero, zero);
+  // A little more than t_max: what is met beyond it is taken back in double.
+  F limit = hn::MulAdd(hn::Mul(rays.t_max, largest), hn::Set(df, 1 + 0x1p-18f), hn::Set(df, 0x1p-18f));
+  limit = hn::Min(limit, hn::Set(df, 0x1p100f));
   I made[kRayRows];
   for (int a = 0; a < 3; ++a) {
     const auto down = hn::Lt(rays.direction[a], zero);
     const I flip = hn::IfThenElseZero(hn::RebindMask(di, down), hn::Set(di, -1));
-    const F origin = hn::IfThenElse(down, hn::Sub(one, rays.fraction[a]), rays.fraction[a]);
+    const F origin = hn::IfThenElse(down, rays.rest[a], rays.fraction[a]);
+    const F left = hn::IfThenElse(down, rays.fraction[a], rays.rest[a]);
     const F along = hn::Mul(hn::Abs(rays.direction[a]), scale);
     const auto steps = hn::Gt(along, hn::Set(df, 0x1p-40f));
     const F inverse = hn::IfThenElseZero(steps, hn::Div(one, along));
-    const F left = hn::Sub(one, origin);
     const I base = hn::Xor(rays.voxel[a], flip);
     const I last =
         hn::IfThenElse(hn::RebindMask(di, down), hn::Not(hn::Set(di, bricks.first[a])), hn::Set(di, bricks.last[a]));
@@ -165,22 +175,24 @@ HWY_INLINE void prepare(const BrickView& bricks, const GivenRays& rays, uint32_t
         hn::Or(hn::Lt(rays.voxel[a], hn::Zero(di)), hn::Not(hn::Lt(rays.voxel[a], hn::Set(di, bricks.size[a]))));
     fine = hn::And(fine, hn::Not(hn::RebindMask(df, outside)));
     none = hn::Or(none, hn::RebindMask(df, hn::Gt(base, last)));
-    made[kOrigin + a] = hn::BitCast(di, origin), made[kAlong + a] = hn::BitCast(di, along);
-    made[kInverse + a] = hn::BitCast(di, inverse);
-    made[kBeyond + a] = hn::BitCast(di, hn::IfThenElse(steps, hn::Mul(left, inverse), hn::Set(df, 0x1p120f)));
-    made[kBase + a] = base, made[kFlip + a] = flip, made[kLast + a] = last;
+    const F beyond = hn::IfThenElse(steps, hn::Mul(left, inverse), hn::Set(df, 0x1p120f));
+    // A step computes the t of a plane in the same way, so that no plane beyond the last cell is crossed before this.
+    limit = hn::Min(limit, hn::MulAdd(hn::ConvertTo(df, hn::Sub(last, base)), inverse, beyond));
+    made[kOrigin + a] = hn::BitCast(di, hn::Sub(origin, hn::Set(df, 0.5f)));
+    made[kAlong + a] = hn::BitCast(di, along), made[kInverse + a] = hn::BitCast(di, inverse);
+    made[kBeyond + a] = hn::BitCast(di, beyond);
+    made[kBase + a] = base, made[kFlip + a] = flip;
+    if (a == 1) made[kTop] = last;
   }
   made[kUpwards] = hn::AndNot(made[kFlip + 1], hn::Set(di, static_cast<int32_t>(BrickVolume::kSide)));
-  // A little more than t_max: what is met beyond it is taken back in double.
-  const F t_limit = hn::MulAdd(hn::Mul(rays.t_max, largest), hn::Set(df, 1 + 0x1p-18f), hn::Set(df, 0x1p-18f));
-  made[kLimit] = hn::BitCast(di, hn::Min(t_limit, hn::Set(df, 0x1p100f)));
+  made[kLimit] = hn::BitCast(di, limit);
   made[kRay] = hn::Add(hn::Iota(di, 0), hn::Set(di, static_cast<int32_t>(first)));
 
   const auto given = hn::FirstN(di, count);
   const auto walks = hn::And(given, hn::RebindMask(di, hn::AndNot(none, fine)));
   const Compressor compress(walks);
   const size_t end = ready.end;
-#pragma GCC unroll 24
+#pragma GCC unroll 22
   for (int row = 0; row < kRayRows; ++row) compress.store(made[row], ready.rows[row] + end);
   ready.end = end + compress.count();
   const auto bad = hn::And(given, hn::RebindMask(di, hn::Not(fine)));
@@ -195,15 +207,15 @@ HWY_INLINE void prepare(const BrickView& bricks, const GivenRays& rays, uint32_t
 /// The state of one vector of lanes. In memory: there are more values than registers.
 struct alignas(64) Lanes {
   int32_t rows[kRayRows][kMostLanes];
-  // Where they stand: the cell, the axis by which it was entered; the cell not mirrored, the place of its leaf's code,
-  // the code, the place of its word.
-  int32_t cell[3][kMostLanes], axis[kMostLanes];
+  // Where they stand: the cell, by which axis it was entered; the cell not mirrored, the place of its leaf's code, the
+  // code, the place of its word.
+  int32_t cell[3][kMostLanes], by[kMostLanes];
   int32_t grid[3][kMostLanes], leaf[kMostLanes], code[kMostLanes], word[kMostLanes];
 };
 
 /// Where the lanes come to, and, a bit each, which end where they stand.
 struct Stepped {
-  I cell[3], axis;
+  I cell[3], by;
   uint32_t any, hit, missed;
 };
 
@@ -217,22 +229,29 @@ HWY_INLINE void look_up(const BrickView& bricks, Lanes& lanes) {
   hn::Store(code, di, lanes.code);
   hn::Store(word_index(code, word_in_leaf), di, lanes.word);
 #pragma GCC unroll 16
-  for (size_t lane = 0; lane < hn::Lanes(di); ++lane) __builtin_prefetch(bricks.words + lanes.word[lane]);
+  for (size_t lane = 0; lane < hn::Lanes(di); ++lane)
+    __builtin_prefetch(bricks.words + static_cast<uint32_t>(lanes.word[lane]));
 }
 
+/// Leaves of the bounds along y and z, in every lane.
+struct LeavesAlong {
+  I y, z;
+};
+
 /// Puts the lanes where they have come to, and asks for the codes of their cells.
-HWY_INLINE void arrive(const BrickView& bricks, const I cell[3], I axis, Lanes& lanes) {
+HWY_INLINE void arrive(const BrickView& bricks, const LeavesAlong& leaves, const I cell[3], I by, Lanes& lanes) {
   const Ints di;
   I at[3];
   for (int a = 0; a < 3; ++a) {
     at[a] = hn::Xor(cell[a], hn::Load(di, lanes.rows[kFlip + a]));
     hn::Store(cell[a], di, lanes.cell[a]), hn::Store(at[a], di, lanes.grid[a]);
   }
-  hn::Store(axis, di, lanes.axis);
-  const I column = hn::Add(hn::Mul(hn::ShiftRight<3>(at[0]), hn::Set(di, bricks.leaves_z)), hn::ShiftRight<3>(at[2]));
-  hn::Store(hn::Add(hn::Mul(column, hn::Set(di, bricks.leaves_y)), hn::ShiftRight<3>(at[1])), di, lanes.leaf);
+  hn::Store(by, di, lanes.by);
+  const I column = hn::Add(hn::Mul(hn::ShiftRight<3>(at[0]), leaves.z), hn::ShiftRight<3>(at[2]));
+  hn::Store(hn::Add(hn::Mul(column, leaves.y), hn::ShiftRight<3>(at[1])), di, lanes.leaf);
 #pragma GCC unroll 16
-  for (size_t lane = 0; lane < hn::Lanes(di); ++lane) __builtin_prefetch(bricks.codes + lanes.leaf[lane]);
+  for (size_t lane = 0; lane < hn::Lanes(di); ++lane)
+    __builtin_prefetch(bricks.codes + static_cast<uint32_t>(lanes.leaf[lane]));
 }
 
 /// One step of every lane.
@@ -262,15 +281,15 @@ HWY_INLINE Stepped step(const BrickView& bricks, const Lanes& lanes) {
   const I upwards = row(kUpwards), seven = hn::Set(di, 7);
   const I cap = hn::Xor(hn::And(hn::And(code, upwards), hn::Set(di, int32_t(BrickVolume::kCap))),
                         hn::Set(di, int32_t(BrickVolume::kCapped)));
-  const auto above_cap = hn::AndNot(hn::Lt(hn::And(gy, seven), cap), mixed);
-  const I column = hn::IfThenElse(mixed, hn::IfThenElseZero(above_cap, seven),
-                                  hn::And(hn::ShiftRight<BrickVolume::kColumnShift>(code), upwards));
+  const auto minus = [&](auto m) { return hn::VecFromMask(di, hn::RebindMask(di, m)); };
+  const I above_cap = hn::AndNot(minus(hn::Lt(hn::And(gy, seven), cap)), seven);
+  const I column = hn::IfThenElse(mixed, above_cap, hn::And(hn::ShiftRight<BrickVolume::kColumnShift>(code), upwards));
   // A row of 4x1x4 goes further than a cube of 2^3: terrain lies flat.
   const auto flat = hn::Eq(hn::And(shifted(hn::And(bit, hn::Set(di, 4))), hn::Set(di, 0x0f0f0f0f)), hn::Zero(di));
   const I my = hn::IfThenElse(mixed, hn::IfThenElse(flat, half, pair), side);
   const I mxz = hn::Max(hn::IfThenElse(mixed, hn::Or(pair, hn::IfThenElseZero(flat, three)), side), column);
   const I lx = hn::Or(cx, mxz), lz = hn::Or(cz, mxz);
-  const I ly = hn::IfThenElse(hn::Gt(column, hn::Zero(di)), row(kLast + 1), hn::Or(cy, my));
+  const I ly = hn::IfThenElse(hn::Gt(column, hn::Zero(di)), row(kTop), hn::Or(cy, my));
 
   // Its far planes, and which is crossed first.
   const I bx = row(kBase), by = row(kBase + 1), bz = row(kBase + 2);
@@ -284,25 +303,23 @@ HWY_INLINE Stepped step(const BrickView& bricks, const Lanes& lanes) {
   const auto on_xy = hn::Or(on_x, on_y);
 
   // Where that is on the other axes, and whether it is sure.
-  const F inverse = hn::IfThenElse(on_x, ix, hn::IfThenElse(on_y, iy, iz));
   F off_x, off_y, off_z;
   const I wx = cell_at(t, number(kOrigin), number(kAlong), bx, off_x);
   const I wy = cell_at(t, number(kOrigin + 1), number(kAlong + 1), by, off_y);
   const I wz = cell_at(t, number(kOrigin + 2), number(kAlong + 2), bz, off_z);
   const F off = hn::Max(hn::Max(hn::IfThenZeroElse(on_x, off_x), hn::IfThenZeroElse(on_y, off_y)),
                         hn::IfThenElseZero(on_xy, off_z));
-  const auto unsure = hn::Not(hn::Lt(off, sure_distance(t, inverse)));
+  const auto unsure = hn::Ge(off, sure_distance(t));
   // On the axis of the plane the nearest whole number may be the cell before it, never less.
-  const auto minus = [&](hn::Mask<Floats> m) { return hn::VecFromMask(di, hn::RebindMask(di, m)); };
   const I nx = hn::Sub(hn::Min(wx, lx), minus(on_x)), ny = hn::Sub(hn::Min(wy, ly), minus(on_y)),
-          nz = hn::Sub(hn::Min(wz, lz), hn::Not(minus(on_xy)));
-  const auto left = hn::Or(hn::Gt(nx, row(kLast)), hn::Or(hn::Gt(ny, row(kLast + 1)), hn::Gt(nz, row(kLast + 2))));
-  const auto missed = hn::Or(left, hn::RebindMask(di, hn::Ge(t, number(kLimit))));
+          nz = hn::Add(hn::Add(hn::Min(wz, lz), one), minus(on_xy));
+  // Who stands beyond the last cell before the limit is unsure: so near that cell's far plane lies the crossing.
+  const auto missed = hn::Ge(t, number(kLimit));
 
-  Stepped stepped{{nx, ny, nz}, hn::AndNot(minus(on_x), hn::Add(hn::Set(di, 2), minus(on_y))), 0, 0, 0};
+  Stepped stepped{{nx, ny, nz}, hn::Add(minus(on_x), minus(on_xy)), 0, 0, 0};
   stepped.hit = bits_of(di, hit);
-  stepped.missed = bits_of(di, missed);
-  stepped.any = stepped.hit | stepped.missed | bits_of(di, hn::RebindMask(di, unsure));
+  stepped.missed = bits_of(di, hn::RebindMask(di, hn::AndNot(unsure, missed)));
+  stepped.any = stepped.hit | bits_of(di, hn::RebindMask(di, hn::Or(unsure, missed)));
   return stepped;
 }
 
@@ -312,8 +329,8 @@ void finish(const BrickView& bricks, const Ray* rays, GridHit* hits, HitRays& en
   for (size_t i = 0; i < ended.count; ++i) {
     const size_t r = static_cast<size_t>(ended.ray[i]);
     const Ray& ray = rays[r];
-    const bool started = ended.axis[i] < 0;
-    const int axis = started ? 0 : ended.axis[i];
+    const bool started = ended.by[i] == kByNone;
+    const int axis = started ? 0 : ended.by[i] + 2;
     const VoxelPos voxel = VoxelPos{ended.voxel[0][i], ended.voxel[1][i], ended.voxel[2][i]} + bricks.low;
     // The exact t of the plane that was crossed.
     const double direction = (&ray.direction.x)[axis];
@@ -333,6 +350,7 @@ void walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t count,
   const Ints di;
   const size_t width = hn::Lanes(di);
   const I none = hn::Set(di, -1);
+  const LeavesAlong leaves{hn::Set(di, bricks.leaves_y), hn::Set(di, bricks.leaves_z)};
   Lanes group[kGroups];
   ReadyRays ready;
   HitRays ended;
@@ -361,21 +379,21 @@ void walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t count,
     }
   };
   // New rays for the lanes of `bits`.
-  const auto refill = [&](Lanes& lanes, uint32_t bits, I cell[3], I& axis) HWY_ATTR {
+  const auto refill = [&](Lanes& lanes, uint32_t bits, I cell[3], I& by) HWY_ATTR {
     if (ready.end - ready.begin < width) make_ready();
     const Expander expand(bits);
-#pragma GCC unroll 24
+#pragma GCC unroll 22
     for (int row = 0; row < kRayRows; ++row)
       hn::Store(expand.load(ready.rows[row] + ready.begin, hn::Load(di, lanes.rows[row])), di, lanes.rows[row]);
     for (int a = 0; a < 3; ++a) cell[a] = hn::IfThenElse(expand.mask(), hn::Load(di, lanes.rows[kBase + a]), cell[a]);
-    axis = hn::IfThenElse(expand.mask(), none, axis);
+    by = hn::IfThenElse(expand.mask(), hn::Set(di, kByNone), by);
     ready.begin += expand.count();
   };
   for (Lanes& lanes : group) {
-    I cell[3] = {none, none, none}, axis = none;
+    I cell[3] = {none, none, none}, by = none;
     for (auto& row : lanes.rows) hn::Store(none, di, row);
-    refill(lanes, (1u << width) - 1, cell, axis);
-    arrive(bricks, cell, axis, lanes);
+    refill(lanes, (1u << width) - 1, cell, by);
+    arrive(bricks, leaves, cell, by, lanes);
   }
   while (active) {
     for (Lanes& lanes : group) look_up(bricks, lanes);
@@ -391,13 +409,14 @@ void walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t count,
           const Compressor compress(hit);
           compress.store(ray, ended.ray + ended.count);
           for (int a = 0; a < 3; ++a) compress.store(hn::Load(di, lanes.grid[a]), ended.voxel[a] + ended.count);
-          compress.store(hn::Load(di, lanes.axis), ended.axis + ended.count);
+          compress.store(hn::Load(di, lanes.by), ended.by + ended.count);
           ended.count += compress.count();
           if (ended.count >= HitRays::kSize) finish(bricks, rays, hits, ended);
         }
         if (const uint32_t left = real & ~(to.hit | to.missed)) {
           // From the plane by which they entered the cell that they stand in.
-          const I axis = hn::Load(di, lanes.axis);
+          const I by = hn::Load(di, lanes.by);
+          const I axis = hn::IfThenElse(hn::Eq(by, hn::Set(di, kByNone)), none, hn::Add(by, hn::Set(di, 2)));
           const auto on_x = hn::Eq(axis, hn::Zero(di)), on_y = hn::Eq(axis, hn::Set(di, 1));
           const auto plane_of = [&](int a, int32_t low) HWY_ATTR {
             return hn::Add(hn::Sub(hn::Load(di, lanes.grid[a]), hn::Load(di, lanes.rows[kFlip + a])), hn::Set(di, low));
@@ -410,9 +429,9 @@ void walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t count,
           compress.store(plane, unsure.plane + unsure.count);
           unsure.count += compress.count();
         }
-        refill(lanes, to.any, to.cell, to.axis);
+        refill(lanes, to.any, to.cell, to.by);
       }
-      arrive(bricks, to.cell, to.axis, lanes);
+      arrive(bricks, leaves, to.cell, to.by, lanes);
     }
     steps += kGroups;
   }

@@ -238,7 +238,44 @@ TEST(RayStream, ABadRayInAPacketLeavesTheOthersRight) {
   }
 }
 
-// An edit changes no more than its leaf and the codes of the empty cube that held it, and gives what building gives.
+// The far side of an empty cube may lie beyond the last voxels; that a ray in floats comes out behind these says
+// nothing.
+TEST(RayStream, RaysThatGrazeTheLastVoxelsHitThem) {
+  MaskVolume volume;
+  volume.set_leaf({1, 4, 1}, kAllMask);  // 8..15, 32..39, 8..15, in front of an empty cube of 32
+  const RayStream stream(volume);
+  const MaskWalker walker(volume);
+  std::vector<GridRay> rays;
+  for (int i = 0; i < 20000; ++i) {
+    const int edge_axis = i & 2, other = 2 - edge_axis;
+    const bool high = i & 1;
+    GridRay ray;
+    for (int a = 0; a < 3; ++a) ray.fraction[a] = draw(18, i, a);
+    ray.voxel[1] = static_cast<int32_t>(draw(18, i, 3) * 30);
+    ray.voxel[edge_axis] =
+        high ? static_cast<int32_t>(draw(18, i, 4) * 12) : 10 + static_cast<int32_t>(draw(18, i, 4) * 20);
+    ray.voxel[other] = 10 + static_cast<int32_t>(draw(18, i, 5) * 4);
+    Vec3d to;
+    to[edge_axis] = (high ? 16 : 8) + 4e-6 * (draw(18, i, 6) - 0.5), to[1] = 32, to[other] = 12;
+    ray.direction = to - ray.fraction - Vec3d(ray.voxel.x, ray.voxel.y, ray.voxel.z);
+    rays.push_back(ray);
+  }
+  for (const SimdLevel& level : simd_levels()) {
+    const SimdChoice choice(level);
+    SCOPED_TRACE(level.name);
+    std::vector<GridHit> hits(rays.size());
+    stream.first_set(rays, hits);
+    size_t met = 0;
+    for (size_t i = 0; i < rays.size(); ++i) {
+      const GridHit exact = walker.first_set(rays[i]);
+      met += exact.hit();
+      ASSERT_TRUE(same_hit(hits[i], exact)) << "ray " << i;
+    }
+    EXPECT_GT(met, rays.size() / 3);
+    EXPECT_LT(met, rays.size() * 2 / 3);
+  }
+}
+
 // Each list of what must be walked in double may fill up to its end.
 TEST(RayStream, RaysThatAreAllUnsureHitWhatTheExactWalkHits) {
   const MaskVolume volume = random_volume(11, {0, 0, 0}, 0.02);
@@ -265,6 +302,7 @@ TEST(RayStream, RaysThatAreAllUnsureHitWhatTheExactWalkHits) {
   }
 }
 
+// An edit changes no more than its leaf and the codes of the empty cube that held it, and gives what building gives.
 TEST(BrickVolume, AfterAnyEditsItEqualsOneBuiltAnew) {
   MaskVolume volume = random_volume(13, {0, 0, 0}, 0.02);
   BrickVolume followed(volume);
