@@ -54,6 +54,12 @@ constexpr int kBlockBits = 6;
 /// Leaves that a block, with the slopes over a layer of leaves, touches along u or v.
 constexpr int kMostLeaves = 11;
 
+/// Cells of a block, both ends included; none where last < first.
+struct CellRange {
+  int32_t first, last;
+  uint64_t bits() const { return last < first ? 0 : ~uint64_t{0} >> (63 - last) & ~uint64_t{0} << first; }
+};
+
 inline int32_t floor_to_int(double x) { return static_cast<int32_t>(std::floor(x)); }
 
 /// What a block is made from.
@@ -78,16 +84,26 @@ namespace HWY_NAMESPACE {
 
 using Words = hn::CappedTag<uint64_t, 8>;
 
-/// rows[r]: byte r of each of eight words, the first one's lowest.
-HWY_INLINE void transpose_to(const uint64_t words[8], uint64_t rows[8]) {
+/// Rows of 64 cells, two a vector where there are vectors.
+using Pairs = hn::CappedTag<uint64_t, 2>;
 #if HWY_TARGET == HWY_SCALAR
-  std::copy_n(words, 8, rows);
-  transpose_bytes(rows);
+constexpr int kPairs = 8;
+#else
+constexpr int kPairs = 4;
+#endif
+
+/// Of eight rows: byte r of each of eight words, the first one's lowest.
+HWY_INLINE void transpose_to(const uint64_t words[8], hn::Vec<Pairs> rows[kPairs]) {
+#if HWY_TARGET == HWY_SCALAR
+  uint64_t turned[8];
+  std::copy_n(words, 8, turned);
+  transpose_bytes(turned);
+  for (int r = 0; r < 8; ++r) rows[r] = hn::Set(Pairs(), turned[r]);
 #else
   const hn::FixedTag<uint8_t, 16> d8;
   const hn::FixedTag<uint16_t, 8> d16;
   const hn::FixedTag<uint32_t, 4> d32;
-  const hn::FixedTag<uint64_t, 2> d64;
+  const Pairs d64;
   const auto two = [&](int i) HWY_ATTR {
     const auto pair = hn::LoadU(d64, words + i);
     const auto bytes = hn::BitCast(d8, pair);
@@ -98,10 +114,78 @@ HWY_INLINE void transpose_to(const uint64_t words[8], uint64_t rows[8]) {
              low_high = hn::BitCast(d32, hn::InterleaveLower(d16, w45, w67)),
              high = hn::BitCast(d32, hn::InterleaveUpper(d16, w01, w23)),
              high_high = hn::BitCast(d32, hn::InterleaveUpper(d16, w45, w67));
-  hn::StoreU(hn::BitCast(d64, hn::InterleaveLower(d32, low, low_high)), d64, rows);
-  hn::StoreU(hn::BitCast(d64, hn::InterleaveUpper(d32, low, low_high)), d64, rows + 2);
-  hn::StoreU(hn::BitCast(d64, hn::InterleaveLower(d32, high, high_high)), d64, rows + 4);
-  hn::StoreU(hn::BitCast(d64, hn::InterleaveUpper(d32, high, high_high)), d64, rows + 6);
+  rows[0] = hn::BitCast(d64, hn::InterleaveLower(d32, low, low_high));
+  rows[1] = hn::BitCast(d64, hn::InterleaveUpper(d32, low, low_high));
+  rows[2] = hn::BitCast(d64, hn::InterleaveLower(d32, high, high_high));
+  rows[3] = hn::BitCast(d64, hn::InterleaveUpper(d32, high, high_high));
+#endif
+}
+
+/// Of eight rows: byte r of each of two words, the first one's lowest.
+HWY_INLINE void transpose_two_to(const uint64_t words[2], hn::Vec<Pairs> rows[kPairs]) {
+  const Pairs d64;
+#if HWY_TARGET == HWY_SCALAR
+  for (int r = 0; r < 8; ++r) rows[r] = hn::Set(d64, (words[0] >> (8 * r) & 0xff) | (words[1] >> (8 * r) & 0xff) << 8);
+#else
+  const hn::FixedTag<uint8_t, 16> d8;
+  const hn::FixedTag<uint16_t, 8> d16;
+  const hn::FixedTag<uint32_t, 4> d32;
+  const auto pair = hn::LoadU(d64, words);
+  const auto bytes =
+      hn::InterleaveLower(d8, hn::BitCast(d8, pair), hn::BitCast(d8, hn::InterleaveUpper(d64, pair, pair)));
+  const auto twos = hn::BitCast(d16, bytes);
+  const auto low = hn::BitCast(d32, hn::InterleaveLower(d16, twos, hn::Zero(d16))),
+             high = hn::BitCast(d32, hn::InterleaveUpper(d16, twos, hn::Zero(d16)));
+  rows[0] = hn::BitCast(d64, hn::InterleaveLower(d32, low, hn::Zero(d32)));
+  rows[1] = hn::BitCast(d64, hn::InterleaveUpper(d32, low, hn::Zero(d32)));
+  rows[2] = hn::BitCast(d64, hn::InterleaveLower(d32, high, hn::Zero(d32)));
+  rows[3] = hn::BitCast(d64, hn::InterleaveUpper(d32, high, hn::Zero(d32)));
+#endif
+}
+
+/// Of two rows of eight planes, 64 bits a row: byte `bit` of word `group` becomes the bits that cell 8 group + bit has
+/// in them, the first plane's lowest.
+HWY_INLINE void transpose_planes(const uint64_t (*planes)[ParallelRays::kBlockCells], int row, uint64_t words[2][8]) {
+#if HWY_TARGET == HWY_SCALAR
+  for (int i = 0; i < 2; ++i) {
+    for (int plane = 0; plane < 8; ++plane) words[i][plane] = planes[plane][row + i];
+    transpose_bytes(words[i]);
+    for (int group = 0; group < 8; ++group) words[i][group] = transpose_bits(words[i][group]);
+  }
+#else
+  const hn::FixedTag<uint8_t, 16> d8;
+  const hn::FixedTag<uint16_t, 8> d16;
+  const hn::FixedTag<uint32_t, 4> d32;
+  const hn::FixedTag<uint64_t, 2> d64;
+  const auto plane = [&](int i) HWY_ATTR { return hn::BitCast(d8, hn::Load(d64, planes[i] + row)); };
+  // Bits of 8 x 8 cells, as transpose_bits().
+  const auto swap = [&](auto word, auto shifted, uint64_t mask)
+                        HWY_ATTR { return hn::And(hn::Xor(word, shifted), hn::Set(d64, mask)); };
+  const auto store = [&](auto pair, uint64_t* to) HWY_ATTR {
+    auto word = hn::BitCast(d64, pair);
+    auto t = swap(word, hn::ShiftRight<7>(word), 0x00aa00aa00aa00aaull);
+    word = hn::Xor(word, hn::Xor(t, hn::ShiftLeft<7>(t)));
+    t = swap(word, hn::ShiftRight<14>(word), 0x0000cccc0000ccccull);
+    word = hn::Xor(word, hn::Xor(t, hn::ShiftLeft<14>(t)));
+    t = swap(word, hn::ShiftRight<28>(word), 0x00000000f0f0f0f0ull);
+    hn::StoreU(hn::Xor(word, hn::Xor(t, hn::ShiftLeft<28>(t))), d64, to);
+  };
+  const auto merge = [&](auto w01, auto w23, auto w45, auto w67, uint64_t* to) HWY_ATTR {
+    const auto a = hn::BitCast(d16, w01), b = hn::BitCast(d16, w23), c = hn::BitCast(d16, w45),
+               d = hn::BitCast(d16, w67);
+    const auto low = hn::BitCast(d32, hn::InterleaveLower(d16, a, b)),
+               low_high = hn::BitCast(d32, hn::InterleaveLower(d16, c, d)),
+               high = hn::BitCast(d32, hn::InterleaveUpper(d16, a, b)),
+               high_high = hn::BitCast(d32, hn::InterleaveUpper(d16, c, d));
+    store(hn::InterleaveLower(d32, low, low_high), to), store(hn::InterleaveUpper(d32, low, low_high), to + 2);
+    store(hn::InterleaveLower(d32, high, high_high), to + 4), store(hn::InterleaveUpper(d32, high, high_high), to + 6);
+  };
+  const auto p0 = plane(0), p1 = plane(1), p2 = plane(2), p3 = plane(3), p4 = plane(4), p5 = plane(5), p6 = plane(6),
+             p7 = plane(7);
+  merge(hn::InterleaveLower(d8, p0, p1), hn::InterleaveLower(d8, p2, p3), hn::InterleaveLower(d8, p4, p5),
+        hn::InterleaveLower(d8, p6, p7), words[0]);
+  merge(hn::InterleaveUpper(d8, p0, p1), hn::InterleaveUpper(d8, p2, p3), hn::InterleaveUpper(d8, p4, p5),
+        hn::InterleaveUpper(d8, p6, p7), words[1]);
 #endif
 }
 
@@ -109,6 +193,7 @@ HWY_INLINE void transpose_to(const uint64_t words[8], uint64_t rows[8]) {
 void fill_block(const ParallelSource& source, ParallelRays::Block& block, int32_t block_u, int32_t block_v) {
   constexpr int kCells = ParallelRays::kBlockCells;
   const Words dw;
+  const Pairs dp;
   const ParallelRays::Frame& frame = source.frame;
   const BrickVolume& bricks = source.bricks;
   const int m = frame.axis[0];
@@ -131,30 +216,35 @@ void fill_block(const ParallelSource& source, ParallelRays::Block& block, int32_
   alignas(64) uint64_t some[kMostLeaves * 8 + 8], every[kMostLeaves * 8 + 8];
   // Bit planes of what the cells will say, bit v of word u: most cells are decided by few slabs, in no order.
   alignas(64) uint64_t end_planes[16][kCells] = {}, shut_planes[16][kCells] = {};
-  uint64_t slices[kMostLeaves][8][24];  // by leaf along u, slab, leaf along v: rows are u, columns v
+  uint64_t slices[kMostLeaves][8][16];  // by leaf along u, slab, leaf along v: rows are u, columns v
   bool row_held[kMostLeaves];
   bool open = true;
   for (int32_t layer = last_layer; open && layer >= first_layer; --layer) {
     // Cells that lie outside the bounds from here back are known.
-    uint64_t out[2] = {0, 0};
+    uint64_t out[2];
     for (int i = 0; i < 2; ++i) {
       const Reach last = reach(i, layer * 8 + 7), first = reach(i, first_layer * 8);
       const int32_t low = std::min(last.first, first.first),
                     high = std::max(last.first + last.width, first.first + first.width);  // both of cell 0
-      for (int c = 0; c < kCells; ++c)
-        if (high + c <= 0 || low + c >= frame.size[1 + i]) out[i] |= uint64_t{1} << c;
+      out[i] = ~CellRange{std::max(0, 1 - high), std::min(kCells, frame.size[1 + i] - low) - 1}.bits();
     }
     if (out[0] | out[1])
       for (int c = 0; c < kCells; ++c) {
         const uint64_t known = out[0] >> c & 1 ? ~uint64_t{0} : out[1];
         met[c] |= known, shut[c] |= known;
       }
-    // Leaves under the block in this layer.
+    // Leaves under the block in this layer, and for each along u or v the cells whose rays may touch it.
     int32_t first_leaf[2], leaves[2];
+    CellRange cells_of[2][kMostLeaves];
     for (int i = 0; i < 2; ++i) {
       const Reach a = reach(i, layer * 8), b = reach(i, layer * 8 + 7);
-      first_leaf[i] = std::min(a.first, b.first) >> 3;
-      leaves[i] = ((std::max(a.first + a.width, b.first + b.width) + kCells - 2) >> 3) - first_leaf[i] + 1;
+      const int32_t low = std::min(a.first, b.first), high = std::max(a.first + a.width, b.first + b.width) - 1;
+      first_leaf[i] = low >> 3;
+      leaves[i] = ((high + kCells - 1) >> 3) - first_leaf[i] + 1;
+      for (int32_t leaf = 0; leaf < leaves[i]; ++leaf) {
+        const int32_t voxel = (first_leaf[i] + leaf) * 8;
+        cells_of[i][leaf] = {std::max(0, voxel - high), std::min(kCells - 1, voxel + 7 - low)};
+      }
     }
     const int32_t main_leaf = frame.down ? (frame.size[0] >> 3) - 1 - layer : layer;
     struct Held {
@@ -166,13 +256,17 @@ void fill_block(const ParallelSource& source, ParallelRays::Block& block, int32_
       row_held[i] = false;
       const int32_t u = first_leaf[0] + i;
       if (u < 0 || u * 8 >= frame.size[1]) continue;
+      // What lies behind cells that are decided needn't be known: most of the ground.
+      uint64_t undecided = 0;
+      for (int32_t c = cells_of[0][i].first; c <= cells_of[0][i].last; ++c) undecided |= ~shut[c];
+      if (!undecided) continue;
       LeafPos leaf;
       leaf[m] = main_leaf, leaf[frame.axis[1]] = u;
       for (int32_t j = 0; j < leaves[1];) {
         const int32_t v = first_leaf[1] + j;
         leaf[frame.axis[2]] = v;
         int32_t clear = 1;  // leaves from here on
-        if (v >= 0 && v * 8 < frame.size[2]) {
+        if (v >= 0 && v * 8 < frame.size[2] && undecided & cells_of[1][j].bits()) {
           const uint32_t code = bricks.code(leaf + low_leaf);
           if (code & BrickVolume::kMixed) {
             __builtin_prefetch(bricks.words() + (code & BrickVolume::kFirstWord));
@@ -204,10 +298,10 @@ void fill_block(const ParallelSource& source, ParallelRays::Block& block, int32_
           continue;
         }
         const uint64_t* words = slices[i][slab] + (first_column >> 3);
-        alignas(64) uint64_t near[8], far[8];
-        transpose_to(words, near), transpose_to(words + 8, far);
-        for (int r = 0; r < 8; r += static_cast<int>(hn::Lanes(dw))) {
-          const auto low = hn::Load(dw, near + r), high = hn::ShiftLeft<1>(hn::Load(dw, far + r));
+        hn::Vec<Pairs> near[kPairs], far[kPairs];
+        transpose_to(words, near), transpose_two_to(words + 8, far);
+        for (int r = 0; r < kPairs; ++r) {
+          const auto low = near[r], high = hn::ShiftLeft<1>(far[r]);
           const auto shifted = [&](int by) HWY_ATTR {
             return hn::Or(hn::ShiftRightSame(low, by), hn::ShiftLeftSame(high, 63 - by));
           };
@@ -216,47 +310,60 @@ void fill_block(const ParallelSource& source, ParallelRays::Block& block, int32_
             const auto next = shifted((first_column & 7) + c);
             any_of = hn::Or(any_of, next), all_of = hn::And(all_of, next);
           }
-          hn::Store(any_of, dw, some + i * 8 + r), hn::Store(all_of, dw, every + i * 8 + r);
+          const size_t row = static_cast<size_t>(i * 8 + r * (8 / kPairs));
+          hn::Store(any_of, dp, some + row), hn::Store(all_of, dp, every + row);
         }
+      }
+      // The planes that say this slab's number.
+      uint64_t *end_of[16], *shut_of[16];
+      int end_count = 0, shut_count = 0;
+      for (int bit = 0; bit < 16; ++bit) {
+        end_of[end_count] = end_planes[bit], end_count += (k + 1) >> bit & 1;
+        shut_of[shut_count] = shut_planes[bit], shut_count += k >> bit & 1;
       }
       auto known = hn::Set(dw, ~uint64_t{0});
       for (int c = 0; c < kCells; c += static_cast<int>(hn::Lanes(dw))) {
+        const auto shut_now = hn::Load(dw, shut + c);
+        if (hn::AllTrue(dw, hn::Eq(shut_now, hn::Set(dw, ~uint64_t{0})))) continue;
         auto any_of = hn::LoadU(dw, some + first_row + c), all_of = hn::LoadU(dw, every + first_row + c);
         for (int32_t r = 1; r < u.width; ++r) {
           any_of = hn::Or(any_of, hn::LoadU(dw, some + first_row + c + r));
           all_of = hn::And(all_of, hn::LoadU(dw, every + first_row + c + r));
         }
-        const auto met_now = hn::Load(dw, met + c), shut_now = hn::Load(dw, shut + c);
+        const auto met_now = hn::Load(dw, met + c);
         const auto fresh = hn::AndNot(met_now, any_of), fresh_shut = hn::AndNot(shut_now, all_of);
         const auto shut_then = hn::Or(shut_now, all_of);
         known = hn::And(known, shut_then);
         if (hn::AllTrue(dw, hn::Eq(hn::Or(fresh, fresh_shut), hn::Zero(dw)))) continue;
         hn::Store(hn::Or(met_now, any_of), dw, met + c), hn::Store(shut_then, dw, shut + c);
-        for (int bit = 0; (k + 1) >> bit; ++bit) {
-          if ((k + 1) >> bit & 1) hn::Store(hn::Or(hn::Load(dw, end_planes[bit] + c), fresh), dw, end_planes[bit] + c);
-          if (k >> bit & 1) hn::Store(hn::Or(hn::Load(dw, shut_planes[bit] + c), fresh_shut), dw, shut_planes[bit] + c);
-        }
+        for (int n = 0; n < end_count; ++n) hn::Store(hn::Or(hn::Load(dw, end_of[n] + c), fresh), dw, end_of[n] + c);
+        for (int n = 0; n < shut_count; ++n)
+          hn::Store(hn::Or(hn::Load(dw, shut_of[n] + c), fresh_shut), dw, shut_of[n] + c);
       }
       open = !hn::AllTrue(dw, hn::Eq(known, hn::Set(dw, ~uint64_t{0})));
     }
   }
-  // At most 8 cells at a time: those of a row lie side by side in a tile.
-  const hn::CappedTag<int32_t, 8> d8;
-  const int bits = std::bit_width(static_cast<uint32_t>(frame.size[0]));
-  const auto lane_bits = hn::Load(d8, kLaneBits);
-  for (int row = 0; row < kCells; ++row)
-    for (int column = 0; column < kCells; column += static_cast<int>(hn::Lanes(d8))) {
-      auto cells = hn::Zero(d8);
-      const auto add = [&](uint64_t plane, int32_t value) HWY_ATTR {
-        const auto held = hn::TestBit(hn::Set(d8, static_cast<int32_t>(plane >> column)), lane_bits);
-        cells = hn::Or(cells, hn::IfThenElseZero(held, hn::Set(d8, value)));
-      };
-      for (int bit = 0; bit < bits; ++bit) {
-        add(end_planes[bit][row], 1 << bit);
-        add(shut_planes[bit][row], static_cast<int32_t>(1u << (bit + 16)));
-      }
-      hn::Store(cells, d8, reinterpret_cast<int32_t*>(block.cell + ParallelRays::cell_in_block(row, column)));
-    }
+  // The planes of two rows become the cells of their tiles' rows, 8 cells and 8 bits at a time.
+  const hn::CappedTag<int32_t, 8> d32;
+  const hn::Rebind<uint8_t, decltype(d32)> d8;
+  const bool wide = (last_layer + 1) * 8 > UINT8_MAX;
+  for (int row = 0; row < kCells; row += 2) {
+    alignas(64) uint64_t end_low[2][8], end_high[2][8] = {}, shut_low[2][8], shut_high[2][8] = {};
+    transpose_planes(end_planes, row, end_low), transpose_planes(shut_planes, row, shut_low);
+    if (wide) transpose_planes(end_planes + 8, row, end_high), transpose_planes(shut_planes + 8, row, shut_high);
+    for (int i = 0; i < 2; ++i)
+      for (int group = 0; group < 8; ++group)
+        for (int column = 0; column < 8; column += static_cast<int>(hn::Lanes(d32))) {
+          const auto bytes = [&](const uint64_t(&words)[2][8]) HWY_ATTR {
+            return hn::PromoteTo(d32, hn::LoadU(d8, reinterpret_cast<const uint8_t*>(&words[i][group]) + column));
+          };
+          auto cells = hn::Or(bytes(end_low), hn::ShiftLeft<16>(bytes(shut_low)));
+          if (wide)
+            cells = hn::Or(cells, hn::Or(hn::ShiftLeft<8>(bytes(end_high)), hn::ShiftLeft<24>(bytes(shut_high))));
+          hn::StoreU(cells, d32,
+                     reinterpret_cast<int32_t*>(block.cell + ParallelRays::cell_in_block(row + i, group * 8 + column)));
+        }
+  }
 }
 
 HWY_INLINE size_t store_some(I values, hn::Mask<Ints> lanes, int32_t* to) {
@@ -276,11 +383,20 @@ HWY_INLINE size_t put(OpenRays& open, size_t at, hn::Mask<Ints> lanes, I slab, I
   return some.count();
 }
 
-/// Tests the slab each open ray stands at. Appends to `answers` what is blocked and what ended unsure; those that go on
-/// move to the front. Returns how many.
+/// The voxels that some rays may meet in a slab: the one they enter it by, the one they leave it by, and one between.
+struct alignas(64) SlabVoxels {
+  static constexpr size_t kRays = 64;
+  static constexpr int kEach = 3;
+  int32_t leaf[kEach][kRays], inside[kEach][kRays];  // place of the leaf's code; 0, or -1 within the bounds
+  int32_t word[kEach][kRays], bit[kEach][kRays];     // word in its leaf, then of all words; bit in it
+  int32_t code[kEach][kRays];
+  int32_t unsure[kRays];  // -1: which voxels these are is closer than floats can tell
+};
+
+/// The voxels of open rays [at, end) in the slab that each stands at.
 template <int kMain>
-size_t test_slabs(const ParallelRays::Frame& frame, const ParallelBricks& bricks, OpenRays& open, size_t count,
-                  ParallelAnswers& answers) {
+void find_voxels(const ParallelRays::Frame& frame, const ParallelBricks& bricks, const OpenRays& open, size_t at,
+                 size_t end, SlabVoxels& voxels) {
   constexpr int kU = kMain == 0 ? 1 : 0, kV = kMain == 2 ? 1 : 2;
   const Floats df;
   const Ints di;
@@ -292,10 +408,13 @@ size_t test_slabs(const ParallelRays::Frame& frame, const ParallelBricks& bricks
   const F half = hn::Set(df, 0.5f), one_f = hn::Set(df, 1.0f);
   const I zero = hn::Zero(di), one = hn::Set(di, 1);
   const I flip = hn::Set(di, frame.down ? -1 : 0), flipped_from = hn::Set(di, frame.down ? frame.size[0] - 1 : 0);
-  const I size_m = hn::Set(di, frame.size[0]), size_u = hn::Set(di, frame.size[1]), size_v = hn::Set(di, frame.size[2]);
-  alignas(64) int32_t at_leaf[kMostLanes], at_word[kMostLanes];
-  size_t kept = 0;
-  for (size_t at = 0; at < count; at += width) {
+  const I last_m = hn::Set(di, frame.size[0] - 1), last_u = hn::Set(di, frame.size[1] - 1),
+          last_v = hn::Set(di, frame.size[2] - 1);
+  // Between 0 and `last`.
+  const auto within = [&](I cell, I last) HWY_ATTR {
+    return hn::Eq(hn::BitCast(di, hn::Min(hn::BitCast(du, cell), hn::BitCast(du, last))), cell);
+  };
+  for (size_t to = 0; at < end; at += width, to += width) {
     const I slab = hn::Load(di, open.slab + at), k = hn::Load(di, open.cell[0] + at);
     const I u = hn::Load(di, open.cell[1] + at), v = hn::Load(di, open.cell[2] + at);
     const F f_k = hn::Load(df, open.fraction[0] + at), f_u = hn::Load(df, open.fraction[1] + at),
@@ -329,43 +448,78 @@ size_t test_slabs(const ParallelRays::Frame& frame, const ParallelBricks& bricks
     const auto u_first = hn::AndNot(same_u, hn::Or(same_v, u_sooner));
     const I bu = hn::IfThenElse(u_first, ju, iu), bv = hn::IfThenElse(u_first, iv, jv);
     const auto unsure = hn::Or(close, hn::RebindMask(di, hn::Not(hn::Lt(off, hn::Sub(half, error)))));
+    hn::Store(hn::VecFromMask(di, unsure), di, voxels.unsure + to);
 
     const I mirrored = hn::Add(k, slab);
     const I gm = hn::Add(hn::Xor(mirrored, flip), hn::Add(flipped_from, hn::And(flip, one)));
-    const auto in_main = hn::And(hn::Not(hn::Lt(gm, zero)), hn::Lt(gm, size_m));
-    const auto test = [&](I cell_u, I cell_v) HWY_ATTR __attribute__((always_inline)) {
+    const auto in_main = within(gm, last_m);
+    const auto add = [&](int each, I cell_u, I cell_v) HWY_ATTR __attribute__((always_inline)) {
       I g[3];
       g[kMain] = gm, g[kU] = hn::Add(u, cell_u), g[kV] = hn::Add(v, cell_v);
-      const auto in = hn::And(in_main, hn::And(hn::And(hn::Not(hn::Lt(g[kU], zero)), hn::Lt(g[kU], size_u)),
-                                               hn::And(hn::Not(hn::Lt(g[kV], zero)), hn::Lt(g[kV], size_v))));
+      const auto in = hn::And(in_main, hn::And(within(g[kU], last_u), within(g[kV], last_v)));
       const I column = hn::Add(hn::Mul(hn::ShiftRight<3>(g[0]), hn::Set(di, bricks.leaves_z)), hn::ShiftRight<3>(g[2]));
       const I leaf = hn::Add(hn::Mul(column, hn::Set(di, bricks.leaves_y)), hn::ShiftRight<3>(g[1]));
-      hn::Store(hn::IfThenElseZero(in, leaf), di, at_leaf);
-      const I code = gather(bricks.codes, at_leaf);
+      hn::Store(hn::IfThenElseZero(in, leaf), di, voxels.leaf[each] + to);
+      hn::Store(hn::VecFromMask(di, in), di, voxels.inside[each] + to);
       const I word_in_leaf =
           hn::Or(hn::ShiftLeft<1>(hn::And(g[0], hn::Set(di, 4))),
                  hn::Or(hn::And(g[1], hn::Set(di, 6)), hn::ShiftRight<2>(hn::And(g[2], hn::Set(di, 4)))));
-      hn::Store(word_index(code, word_in_leaf), di, at_word);
-      const I word = gather(bricks.words, at_word);
+      hn::Store(word_in_leaf, di, voxels.word[each] + to);
       const I three = hn::Set(di, 3);
       const I bit = hn::Or(hn::ShiftLeft<3>(hn::And(g[0], three)),
                            hn::Or(hn::ShiftLeft<2>(hn::And(g[1], one)), hn::And(g[2], three)));
-      const I shifted = hn::BitCast(di, hn::Shr(hn::BitCast(du, word), hn::BitCast(du, bit)));
-      return hn::And(in, hn::Lt(hn::And(hn::ShiftLeft<31>(shifted), code), zero));
+      hn::Store(bit, di, voxels.bit[each] + to);
     };
-    const auto hit = hn::Or(test(iu, iv), hn::Or(test(bu, bv), test(ju, jv)));
+    add(0, iu, iv), add(1, bu, bv), add(2, ju, jv);
+  }
+}
 
-    // What is unsure may not have met what it seems to meet.
-    const auto blocked_now = hn::AndNot(unsure, hit);
-    I index = hn::Load(di, open.index + at);
-    index = hn::Or(index, hn::IfThenElseZero(unsure, hn::Set(di, INT32_MIN)));
-    const auto given = hn::FirstN(di, count - at);
-    answers.blocked_count += store_some(index, hn::And(given, blocked_now), answers.blocked + answers.blocked_count);
-    const auto doubtful = hn::And(hn::And(given, hn::Lt(index, zero)), hn::AndNot(blocked_now, starting));
-    if (!hn::AllFalse(di, doubtful))
-      answers.exact_count += store_some(index, doubtful, answers.exact + answers.exact_count);
-    const auto on = hn::AndNot(hn::Or(blocked_now, starting), given);
-    kept += put(open, kept, on, hn::Sub(slab, one), index, k, u, v, f_k, f_u, f_v);
+/// Tests the slab each open ray stands at. Appends to `answers` what is blocked and what ended unsure; those that go on
+/// move to the front. Returns how many. In three loops, so that the loads of many rays are under way at once.
+template <int kMain>
+size_t test_slabs(const ParallelRays::Frame& frame, const ParallelBricks& bricks, OpenRays& open, size_t count,
+                  ParallelAnswers& answers) {
+  const Ints di;
+  const hn::RebindToUnsigned<Ints> du;
+  const Floats df;
+  const size_t width = hn::Lanes(di);
+  SlabVoxels voxels;
+  size_t kept = 0;
+  for (size_t begin = 0; begin < count; begin += SlabVoxels::kRays) {
+    const size_t end = std::min(begin + SlabVoxels::kRays, count);
+    find_voxels<kMain>(frame, bricks, open, begin, end, voxels);
+    for (size_t to = 0; begin + to < end; to += width)
+      for (int each = 0; each < SlabVoxels::kEach; ++each) {
+        const I code = hn::And(gather(bricks.codes, voxels.leaf[each] + to), hn::Load(di, voxels.inside[each] + to));
+        hn::Store(code, di, voxels.code[each] + to);
+        hn::Store(word_index(code, hn::Load(di, voxels.word[each] + to)), di, voxels.word[each] + to);
+      }
+    for (size_t to = 0, at = begin; at < end; at += width, to += width) {
+      // A word's bit, at the top, where the leaf holds anything.
+      I met = hn::Zero(di);
+      for (int each = 0; each < SlabVoxels::kEach; ++each) {
+        const I word = gather(bricks.words, voxels.word[each] + to), bit = hn::Load(di, voxels.bit[each] + to);
+        const I shifted = hn::BitCast(di, hn::Shr(hn::BitCast(du, word), hn::BitCast(du, bit)));
+        met = hn::Or(met, hn::And(hn::ShiftLeft<31>(shifted), hn::Load(di, voxels.code[each] + to)));
+      }
+      const auto hit = hn::Lt(met, hn::Zero(di));
+
+      // What is unsure may not have met what it seems to meet.
+      const I slab = hn::Load(di, open.slab + at), unsure = hn::Load(di, voxels.unsure + to);
+      const auto starting = hn::Eq(slab, hn::Zero(di));
+      const auto blocked_now = hn::AndNot(hn::MaskFromVec(unsure), hit);
+      I index = hn::Load(di, open.index + at);
+      index = hn::Or(index, hn::And(unsure, hn::Set(di, INT32_MIN)));
+      const auto given = hn::FirstN(di, count - at);
+      answers.blocked_count += store_some(index, hn::And(given, blocked_now), answers.blocked + answers.blocked_count);
+      const auto doubtful = hn::And(hn::And(given, hn::Lt(index, hn::Zero(di))), hn::AndNot(blocked_now, starting));
+      if (!hn::AllFalse(di, doubtful))
+        answers.exact_count += store_some(index, doubtful, answers.exact + answers.exact_count);
+      const auto on = hn::AndNot(hn::Or(blocked_now, starting), given);
+      kept += put(open, kept, on, hn::Sub(slab, hn::Set(di, 1)), index, hn::Load(di, open.cell[0] + at),
+                  hn::Load(di, open.cell[1] + at), hn::Load(di, open.cell[2] + at), hn::Load(df, open.fraction[0] + at),
+                  hn::Load(df, open.fraction[1] + at), hn::Load(df, open.fraction[2] + at));
+    }
   }
   return kept;
 }

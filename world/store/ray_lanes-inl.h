@@ -93,16 +93,16 @@ HWY_INLINE I nearest_within(F value) {
 #endif
 }
 
-/// from[at[lane]] for each lane. `at` lies in memory, aligned.
+/// from[at[lane]] for each lane. `at` lies in memory, aligned; none is negative.
 HWY_INLINE I gather(const int32_t* from, const int32_t* at) {
-  const Ints di;
 #if HWY_TARGET == HWY_AVX2
-  // Faster than the instruction on several processors, and never much slower.
-  const __m128i low = _mm_set_epi32(from[at[3]], from[at[2]], from[at[1]], from[at[0]]);
-  const __m128i high = _mm_set_epi32(from[at[7]], from[at[6]], from[at[5]], from[at[4]]);
+  // Faster than the instruction on several processors, and never much slower. Unsigned indices need no extension.
+  const auto value = [&](int lane) { return from[static_cast<uint32_t>(at[lane])]; };
+  const __m128i low = _mm_set_epi32(value(3), value(2), value(1), value(0));
+  const __m128i high = _mm_set_epi32(value(7), value(6), value(5), value(4));
   return I{_mm256_set_m128i(high, low)};
 #else
-  return hn::GatherIndex(di, from, hn::Load(di, at));
+  return hn::GatherIndex(Ints(), from, hn::Load(Ints(), at));
 #endif
 }
 
