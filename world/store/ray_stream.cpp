@@ -33,17 +33,15 @@ struct BrickView {
 /// it runs upwards on each axis: there a cell c is c ^ flip. Cells count from the low corner of the bounds. Directions
 /// are scaled so that their largest component is 1. Three rows in a row are x, y, z.
 enum RayRow : int {
-  kOrigin = 0,    // fraction of the start voxel, from its middle
-  kAlong = 3,     // direction
-  kInverse = 6,   // 1 / along
-  kBeyond = 9,    // how much of the start voxel lies ahead, times inverse
-  kBase = 12,     // start voxel
-  kFlip = 15,     // 0 or -1
-  kTop = 18,      // the last cell along y that may hold anything
-  kUpwards = 19,  // the bits of a column's side where the ray doesn't go down, else 0
-  kLimit = 20,    // t at which it ends, or leaves what may hold anything
-  kRay = 21,      // index; -1 for a lane without a ray, which stands in the first cell and misses at each step
-  kRayRows = 22
+  kOrigin = 0,   // fraction of the start voxel, from its middle
+  kAlong = 3,    // direction
+  kInverse = 6,  // 1 / along
+  kBeyond = 9,   // how much of the start voxel lies ahead, times inverse
+  kBase = 12,    // start voxel
+  kFlip = 15,    // 0 or -1
+  kLimit = 18,   // t at which it ends, or leaves what may hold anything
+  kRay = 19,     // index; -1 for a lane without a ray, which stands in the first cell and misses at each step
+  kRayRows = 20
 };
 
 /// Rays made ready to walk, in [begin, end) of each row. What lies behind may be read and overwritten, up to a vector.
@@ -182,9 +180,7 @@ HWY_INLINE void prepare(const BrickView& bricks, const GivenRays& rays, uint32_t
     made[kAlong + a] = hn::BitCast(di, along), made[kInverse + a] = hn::BitCast(di, inverse);
     made[kBeyond + a] = hn::BitCast(di, beyond);
     made[kBase + a] = base, made[kFlip + a] = flip;
-    if (a == 1) made[kTop] = last;
   }
-  made[kUpwards] = hn::AndNot(made[kFlip + 1], hn::Set(di, static_cast<int32_t>(BrickVolume::kSide)));
   made[kLimit] = hn::BitCast(di, limit);
   made[kRay] = hn::Add(hn::Iota(di, 0), hn::Set(di, static_cast<int32_t>(first)));
 
@@ -192,7 +188,7 @@ HWY_INLINE void prepare(const BrickView& bricks, const GivenRays& rays, uint32_t
   const auto walks = hn::And(given, hn::RebindMask(di, hn::AndNot(none, fine)));
   const Compressor compress(walks);
   const size_t end = ready.end;
-#pragma GCC unroll 22
+#pragma GCC unroll 20
   for (int row = 0; row < kRayRows; ++row) compress.store(made[row], ready.rows[row] + end);
   ready.end = end + compress.count();
   const auto bad = hn::And(given, hn::RebindMask(di, hn::Not(fine)));
@@ -278,18 +274,19 @@ HWY_INLINE Stepped step(const BrickView& bricks, const Lanes& lanes) {
   const I side = hn::And(code, hn::Set(di, int32_t(BrickVolume::kSide)));
   // Of rays upwards, the column of air around, if any; it has no far plane along y but the end of all. Bits of the
   // code that mean something else are no column: a mixed leaf's are negative, those of a cube no cap.
-  const I upwards = row(kUpwards), seven = hn::Set(di, 7);
-  const I cap = hn::Xor(hn::And(hn::And(code, upwards), hn::Set(di, int32_t(BrickVolume::kCap))),
+  const I downwards = row(kFlip + 1), seven = hn::Set(di, 7);
+  const I cap = hn::Xor(hn::And(hn::AndNot(downwards, code), hn::Set(di, int32_t(BrickVolume::kCap))),
                         hn::Set(di, int32_t(BrickVolume::kCapped)));
   const auto minus = [&](auto m) { return hn::VecFromMask(di, hn::RebindMask(di, m)); };
   const I above_cap = hn::AndNot(minus(hn::Lt(hn::And(gy, seven), cap)), seven);
-  const I column = hn::IfThenElse(mixed, above_cap, hn::And(hn::ShiftRight<BrickVolume::kColumnShift>(code), upwards));
+  const I column =
+      hn::IfThenElse(mixed, above_cap, hn::AndNot(downwards, hn::ShiftRight<BrickVolume::kColumnShift>(code)));
   // A row of 4x1x4 goes further than a cube of 2^3: terrain lies flat.
   const auto flat = hn::Eq(hn::And(shifted(hn::And(bit, hn::Set(di, 4))), hn::Set(di, 0x0f0f0f0f)), hn::Zero(di));
   const I my = hn::IfThenElse(mixed, hn::IfThenElse(flat, half, pair), side);
   const I mxz = hn::Max(hn::IfThenElse(mixed, hn::Or(pair, hn::IfThenElseZero(flat, three)), side), column);
   const I lx = hn::Or(cx, mxz), lz = hn::Or(cz, mxz);
-  const I ly = hn::IfThenElse(hn::Gt(column, hn::Zero(di)), row(kTop), hn::Or(cy, my));
+  const I ly = hn::IfThenElse(hn::Gt(column, hn::Zero(di)), hn::Set(di, bricks.last[1]), hn::Or(cy, my));
 
   // Its far planes, and which is crossed first.
   const I bx = row(kBase), by = row(kBase + 1), bz = row(kBase + 2);
@@ -350,6 +347,7 @@ void walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t count,
   const Ints di;
   const size_t width = hn::Lanes(di);
   const I none = hn::Set(di, -1);
+  const GridHit miss{WalkEnd::t_max, {}, kNoFace, 0};
   const LeavesAlong leaves{hn::Set(di, bricks.leaves_y), hn::Set(di, bricks.leaves_z)};
   Lanes group[kGroups];
   ReadyRays ready;
@@ -361,8 +359,7 @@ void walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t count,
     ready.end -= ready.begin, ready.begin = 0;
     while (ready.end < width && next < count) {
       const size_t chunk_end = std::min(next + kChunk, count), had = ready.end;
-      prefetch_records(rays + chunk_end, std::min(kChunk, count - chunk_end));
-      for (size_t i = next; i < chunk_end; ++i) hits[i] = {WalkEnd::t_max, {}, kNoFace, rays[i].t_max};
+      for (size_t i = next; i < chunk_end; ++i) hits[i] = miss, hits[i].t = rays[i].t_max;
       for (; next < chunk_end; next += width) {
         const size_t given = std::min(width, chunk_end - next);
         prepare(bricks, load_rays(bricks, rays + next, given), static_cast<uint32_t>(next), given, ready, unsure);
@@ -382,12 +379,14 @@ void walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t count,
   const auto refill = [&](Lanes& lanes, uint32_t bits, I cell[3], I& by) HWY_ATTR {
     if (ready.end - ready.begin < width) make_ready();
     const Expander expand(bits);
-#pragma GCC unroll 22
+#pragma GCC unroll 20
     for (int row = 0; row < kRayRows; ++row)
       hn::Store(expand.load(ready.rows[row] + ready.begin, hn::Load(di, lanes.rows[row])), di, lanes.rows[row]);
     for (int a = 0; a < 3; ++a) cell[a] = hn::IfThenElse(expand.mask(), hn::Load(di, lanes.rows[kBase + a]), cell[a]);
     by = hn::IfThenElse(expand.mask(), hn::Set(di, kByNone), by);
     ready.begin += expand.count();
+    // The rays of the next chunk come in as those of this one leave.
+    prefetch_records(rays + next + ready.begin, 2);
   };
   for (Lanes& lanes : group) {
     I cell[3] = {none, none, none}, by = none;
@@ -405,14 +404,13 @@ void walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t count,
         const I ray = hn::Load(di, lanes.rows[kRay]);
         const uint32_t real = to.any & ~bits_of(di, hn::Lt(ray, hn::Zero(di)));
         active -= hwy::PopCount(real);
-        if (const uint32_t hit = to.hit & real) {
-          const Compressor compress(hit);
-          compress.store(ray, ended.ray + ended.count);
-          for (int a = 0; a < 3; ++a) compress.store(hn::Load(di, lanes.grid[a]), ended.voxel[a] + ended.count);
-          compress.store(hn::Load(di, lanes.by), ended.by + ended.count);
-          ended.count += compress.count();
-          if (ended.count >= HitRays::kSize) finish(bricks, rays, hits, ended);
-        }
+        // Without a branch on whether there are any, which would often be foreseen wrongly.
+        const Compressor compress(to.hit & real);
+        compress.store(ray, ended.ray + ended.count);
+        for (int a = 0; a < 3; ++a) compress.store(hn::Load(di, lanes.grid[a]), ended.voxel[a] + ended.count);
+        compress.store(hn::Load(di, lanes.by), ended.by + ended.count);
+        ended.count += compress.count();
+        if (ended.count >= HitRays::kSize) finish(bricks, rays, hits, ended);
         if (const uint32_t left = real & ~(to.hit | to.missed)) {
           // From the plane by which they entered the cell that they stand in.
           const I by = hn::Load(di, lanes.by);
@@ -423,11 +421,11 @@ void walk(const BrickView& bricks, const Ray* rays, GridHit* hits, size_t count,
           };
           const I plane = hn::IfThenElse(on_x, plane_of(0, bricks.low.x),
                                          hn::IfThenElse(on_y, plane_of(1, bricks.low.y), plane_of(2, bricks.low.z)));
-          const Compressor compress(left);
-          compress.store(ray, unsure.ray + unsure.count);
-          compress.store(axis, unsure.axis + unsure.count);
-          compress.store(plane, unsure.plane + unsure.count);
-          unsure.count += compress.count();
+          const Compressor compress_left(left);
+          compress_left.store(ray, unsure.ray + unsure.count);
+          compress_left.store(axis, unsure.axis + unsure.count);
+          compress_left.store(plane, unsure.plane + unsure.count);
+          unsure.count += compress_left.count();
         }
         refill(lanes, to.any, to.cell, to.by);
       }
