@@ -150,20 +150,32 @@ TEST(ParallelRays, FollowEdits) {
   }
 }
 
-TEST(ParallelRays, GiveTheSameOnAllThreadsAtOnce) {
+// Blocks of the map are made by whichever thread asks first, each once.
+TEST(ParallelRays, MapAndAnswersAreTheSameOnAnyNumberOfThreads) {
   const MaskVolume volume = hills(8, {0, 0, 0});
   const RayStream stream(volume);
   const Vec3d direction = Vec3d(Vec3f(glm::normalize(Vec3d(0.5, 0.8, 0.4))));
-  const ParallelRays alone(stream, direction), together(stream, direction);
   const std::vector<StreamRay> rays = starts(9, {0, 0, 0}, direction, 8192);
-  std::vector<uint8_t> expected(rays.size()), blocked(rays.size());
+  const ParallelRays alone(stream, direction);
+  std::vector<uint8_t> expected(rays.size());
   alone.any_set(rays, expected);
-  const ThreadLimit limit(4);
-  parallel_ranges(128, 1, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i)
-      together.any_set(std::span(rays).subspan(i * 64, 64), std::span(blocked).subspan(i * 64, 64));
-  });
-  EXPECT_EQ(blocked, expected);
+  for (const int threads : {1, 2, 3, 8}) {
+    const ThreadLimit limit(threads);
+    const ParallelRays together(stream, direction);
+    std::vector<uint8_t> blocked(rays.size());
+    parallel_ranges(128, 1, [&](size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i)
+        together.any_set(std::span(rays).subspan(i * 64, 64), std::span(blocked).subspan(i * 64, 64));
+    });
+    EXPECT_EQ(blocked, expected) << threads;
+    EXPECT_EQ(together.bytes(), alone.bytes()) << threads;
+    // From a map that many threads made, each ray alone.
+    for (size_t i = 0; i < rays.size(); i += 7) {
+      uint8_t again = 2;
+      together.any_set({&rays[i], 1}, {&again, 1});
+      ASSERT_EQ(again, expected[i]) << threads << " " << i;
+    }
+  }
 }
 
 TEST(ParallelRays, AnEmptyVolumeAndUselessDirectionsBlockWhatTheStreamBlocks) {
