@@ -9,11 +9,13 @@
 
 #include "world/base/file.h"
 #include "world/formats/translation/translation.h"
+#include "world/saves/block_code.h"
 #include "world/saves/check.h"
 #include "world/saves/row.h"
 #include "world/saves/session.h"
 #include "world/scenes/scene.h"
 #include "world/store/region_stream.h"
+#include "world/store/snapshot.h"
 
 namespace world {
 extern const char* const kSourceFolder;
@@ -126,7 +128,7 @@ std::vector<Bytes> made_file(const char* name, Use use) {
 
 std::vector<Bytes> save_seeds() {
   std::vector<Bytes> all;
-  for (const Codec codec : {Codec::zstd, Codec::stream}) {
+  for (const Codec codec : {Codec::zstd, Codec::stream, Codec::context}) {
     auto made = made_file("a.loam", [&](const std::filesystem::path& path) {
       (void)write_new_save(small_world(), path, {.codec = codec});
     });
@@ -157,6 +159,12 @@ std::vector<Bytes> frame_seeds() {
     all.push_back(std::move(frame));
   }
   return all;
+}
+
+std::vector<Bytes> context_seeds() {
+  const World world = small_world();
+  const StoreSnapshot snapshot = world.store.snapshot(std::vector{kRegion});
+  return {bytes_of(encode_block_code(*snapshot.packed(0)))};
 }
 
 /// The file's bytes as those of a row whose hash is right.
@@ -231,6 +239,8 @@ std::vector<Target> own_targets() {
       {"loam_region", "a.row", identity, region_seeds,
        [](const auto& path) { return decode_row(path, Codec::stream); }},
       {"loam_frame", "a.row", identity, frame_seeds, [](const auto& path) { return decode_row(path, Codec::zstd); }},
+      {"loam_context", "a.row", identity, context_seeds,
+       [](const auto& path) { return decode_row(path, Codec::context); }},
       {"loam_layer", "a.row", identity, layer_seeds, decode_layer},
   };
 }

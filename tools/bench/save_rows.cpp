@@ -25,15 +25,6 @@ using world::World;
 
 double ok_or_nan(const Status& status) { return status.ok() ? 0.0 : std::nan(""); }
 
-VoxelBox region_box(const world::Store& store) {
-  VoxelBox box;
-  for (const RegionPos& r : store.regions()) {
-    const VoxelPos corner = world::voxel_from_region(r);
-    box.include(VoxelBox{corner, corner + VoxelPos{127, 127, 127}});
-  }
-  return box;
-}
-
 std::shared_ptr<World> valley_copy(const World& valley) {
   const VoxelBox box = region_box(valley.store);
   return std::make_shared<World>(
@@ -174,8 +165,9 @@ Result<Prepared> prepare_save_stall(BenchContext& context) {
 Status write_large_save(const World& valley, const std::filesystem::path& path, int side) {
   TRY(const auto file, SaveFile::create(path));
   TRY(const auto transaction, SaveFile::Transaction::begin(*file));
-  for (size_t id = 1; id < valley.palette->size(); ++id)
-    TRY_STATUS(transaction->put_block(static_cast<BlockId>(id), (*valley.palette)[static_cast<BlockId>(id)]));
+  std::vector<world::Block> blocks;
+  for (size_t id = 1; id < valley.palette->size(); ++id) blocks.push_back((*valley.palette)[static_cast<BlockId>(id)]);
+  TRY_STATUS(transaction->put_blocks(1, blocks));
   std::vector<BlockId> leaf(world::kLeafVoxels, world::kAir);
   leaf[17] = 1;
   const world::PackedRegion packed([&](int i) {

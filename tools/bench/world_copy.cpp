@@ -19,4 +19,13 @@ world::World copy_regions(const world::World& from, world::RegionPos min, world:
   return copy;
 }
 
+world::VoxelBox region_box(const world::Store& store) {
+  world::VoxelBox box;
+  for (const world::RegionPos& r : store.regions()) {
+    const world::VoxelPos corner = world::voxel_from_region(r);
+    box.include(world::VoxelBox{corner, corner + world::VoxelPos{127, 127, 127}});
+  }
+  return box;
+}
+
 }  // namespace tools

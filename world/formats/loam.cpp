@@ -13,7 +13,9 @@ Result<World> read_loam(const std::filesystem::path& path, const ImportOptions&,
   return file->read_all();
 }
 
-Status write_loam(const World& world, const std::filesystem::path& path) { return write_new_save(world, path); }
+Status write_loam(const World& world, const std::filesystem::path& path) {
+  return write_new_save(world, path, kSmallPayload);
+}
 
 }  // namespace
 

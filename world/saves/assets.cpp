@@ -1,14 +1,15 @@
 #include "world/saves/assets.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
 
 #include <fmt/format.h>
 #include <xxhash.h>
-#include <zstd.h>
 
 #include "world/media/brick_field.h"
+#include "world/saves/frame.h"
 
 namespace world {
 
@@ -144,12 +145,8 @@ int64_t asset_key(std::string_view bytes, size_t number) {
 // ---- rows ------------------------------------------------------------------------------------------------------
 
 Result<PackedAsset> pack_asset(const std::string& bytes) {
-  std::string frame(ZSTD_compressBound(bytes.size()), '\0');
-  const size_t size = ZSTD_compress(frame.data(), frame.size(), bytes.data(), bytes.size(), kLevel);
-  if (ZSTD_isError(size))
-    return input_error(std::string("Zstandard could not compress a part: ") + ZSTD_getErrorName(size));
-  if (size >= bytes.size() || bytes.size() > kMostPacked * size) return PackedAsset{"raw", bytes};
-  frame.resize(size);
+  TRY(std::string frame, to_frame(bytes, kLevel));
+  if (frame.size() >= bytes.size() || bytes.size() > kMostPacked * frame.size()) return PackedAsset{"raw", bytes};
   return PackedAsset{"zstd", std::move(frame)};
 }
 
@@ -157,16 +154,7 @@ Result<std::string> unpack_asset(std::string_view codec, std::string_view bytes)
   if (codec == "raw") return std::string(bytes);
   if (codec != "zstd")
     return input_error(fmt::format("is packed as \"{}\", which this program does not know", codec.substr(0, 40)));
-  const unsigned long long size = ZSTD_getFrameContentSize(bytes.data(), bytes.size());
-  if (size == ZSTD_CONTENTSIZE_UNKNOWN || size == ZSTD_CONTENTSIZE_ERROR)
-    return input_error("its bytes are no Zstandard frame that states its size");
-  if (size > kAssetPartBytes || size > kMostPacked * bytes.size())
-    return input_error(fmt::format("its frame of {} bytes claims {}, more than any part has", bytes.size(), size));
-  std::string out(size, '\0');
-  const size_t got = ZSTD_decompress(out.data(), out.size(), bytes.data(), bytes.size());
-  if (ZSTD_isError(got)) return input_error(std::string("its Zstandard frame is damaged: ") + ZSTD_getErrorName(got));
-  if (got != size) return input_error("its Zstandard frame is shorter than it states");
-  return out;
+  return from_frame(bytes, std::min(kAssetPartBytes, kMostPacked * bytes.size()));
 }
 
 // ---- what is read ----------------------------------------------------------------------------------------------

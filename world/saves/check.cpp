@@ -154,7 +154,7 @@ Result<BlockPalette> palette_of(const std::filesystem::path& path, const Salvage
   for (int64_t id = 1; id <= highest; ++id) {
     const auto found = salvage.palette.find(id);
     if (found != salvage.palette.end() &&
-        add_blocks_from_toml(palette, found->second.second, "palette entry \"" + found->second.first + "\"").ok() &&
+        add_blocks_from_toml(palette, found->second, fmt::format("palette entry {}", id)).ok() &&
         static_cast<int64_t>(palette.size()) == id + 1)
       continue;
     const auto named = from_regions.find(static_cast<BlockId>(id));
@@ -199,8 +199,9 @@ Status write_repaired(const std::filesystem::path& path, const std::filesystem::
   TRY(const auto file, SaveFile::create(to));
   TRY(const auto transaction, SaveFile::Transaction::begin(*file));
   TRY_STATUS(transaction->put_meta(meta_of(frame)));
-  for (size_t id = 1; id < palette.size(); ++id)
-    TRY_STATUS(transaction->put_block(static_cast<BlockId>(id), palette[static_cast<BlockId>(id)]));
+  std::vector<Block> blocks;
+  for (size_t id = 1; id < palette.size(); ++id) blocks.push_back(palette[static_cast<BlockId>(id)]);
+  TRY_STATUS(transaction->put_blocks(1, blocks));
   report.regions = report.voxels = 0;
   for (const auto& [key, where] : salvage.rows) {
     TRY(RegionRow row, rows.read(where));

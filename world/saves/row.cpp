@@ -1,21 +1,23 @@
 #include "world/saves/row.h"
 
 #include <charconv>
-#include <memory>
 
 #include <fmt/format.h>
 #include <xxhash.h>
-#include <zstd.h>
 
+#include "world/saves/block_code.h"
 #include "world/saves/database.h"
+#include "world/saves/frame.h"
 #include "world/store/region_stream.h"
 
 namespace world {
 
-std::string_view codec_name(Codec codec) { return codec == Codec::zstd ? "zstd" : "stream"; }
+std::string_view codec_name(Codec codec) {
+  return codec == Codec::stream ? "stream" : codec == Codec::zstd ? "zstd" : "context";
+}
 
 std::optional<Codec> codec_from_name(std::string_view name) {
-  for (const Codec codec : {Codec::stream, Codec::zstd})
+  for (const Codec codec : {Codec::stream, Codec::zstd, Codec::context})
     if (codec_name(codec) == name) return codec;
   return std::nullopt;
 }
@@ -59,61 +61,28 @@ Result<Census> parse_census(std::string_view text) {
   return census;
 }
 
-namespace {
-
-struct FreeContext {
-  void operator()(ZSTD_CCtx* c) const { ZSTD_freeCCtx(c); }
-  void operator()(ZSTD_DCtx* c) const { ZSTD_freeDCtx(c); }
-};
-
-Result<std::string> compress(const std::string& stream, int level) {
-  thread_local const std::unique_ptr<ZSTD_CCtx, FreeContext> context(ZSTD_createCCtx());
-  if (!context) return input_error("memory ran out while a region was compressed");
-  ZSTD_CCtx_reset(context.get(), ZSTD_reset_session_and_parameters);
-  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, level);
-  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);
-  std::string frame(ZSTD_compressBound(stream.size()), '\0');
-  const size_t size = ZSTD_compress2(context.get(), frame.data(), frame.size(), stream.data(), stream.size());
-  if (ZSTD_isError(size))
-    return input_error(std::string("Zstandard could not compress a region: ") + ZSTD_getErrorName(size));
-  frame.resize(size);
-  frame.shrink_to_fit();
-  return frame;
-}
-
-}  // namespace
-
 Result<std::string> encode_payload(const PackedRegion& region, RegionPos pos, const PayloadOptions& options) {
   if (options.codec == Codec::stream) return encode_region(region, pos, StreamCompression::blosc);
+  if (options.codec == Codec::context) return encode_block_code(region);
   TRY(const std::string stream, encode_region(region, pos, StreamCompression::none));
-  return compress(stream, options.level);
+  return to_frame(stream, options.level);
 }
 
 Result<std::string> encode_payload(const FloatLayer& layer, RegionPos pos, const PayloadOptions& options) {
+  if (options.codec == Codec::context) return input_error("a layer has no blocks that the context codec could code");
   if (options.codec == Codec::stream) return layer.encode_region(pos, StreamCompression::blosc);
   TRY(const std::string stream, layer.encode_region(pos, StreamCompression::none));
-  return compress(stream, options.level);
+  return to_frame(stream, options.level);
 }
 
 Result<std::string> stream_of(const RegionRow& row) {
   if (row.codec == Codec::stream) return row.bytes;
-  const unsigned long long size = ZSTD_getFrameContentSize(row.bytes.data(), row.bytes.size());
-  if (size == ZSTD_CONTENTSIZE_UNKNOWN || size == ZSTD_CONTENTSIZE_ERROR)
-    return input_error("its bytes are no Zstandard frame that states its size");
-  if (size > kMostPayloadBytes)
-    return input_error(
-        fmt::format("its frame claims {} bytes, and no region has more than {}", size, kMostPayloadBytes));
-  thread_local const std::unique_ptr<ZSTD_DCtx, FreeContext> context(ZSTD_createDCtx());
-  if (!context) return input_error("memory ran out while a region was read");
-  std::string stream(size, '\0');
-  const size_t got =
-      ZSTD_decompressDCtx(context.get(), stream.data(), stream.size(), row.bytes.data(), row.bytes.size());
-  if (ZSTD_isError(got)) return input_error(std::string("its Zstandard frame is damaged: ") + ZSTD_getErrorName(got));
-  if (got != size) return input_error("its Zstandard frame is shorter than it states");
-  return stream;
+  if (row.codec == Codec::context) return input_error("it is packed as \"context\", which is for blocks");
+  return from_frame(row.bytes, kMostPayloadBytes);
 }
 
 Result<RegionBuilder> decode_blocks(const RegionRow& row, size_t palette_size) {
+  if (row.codec == Codec::context) return decode_block_code(row.bytes, row.pos, palette_size);
   TRY(const std::string stream, stream_of(row));
   return decode_region(stream, row.pos, palette_size);
 }

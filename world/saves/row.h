@@ -13,8 +13,9 @@ namespace world {
 
 /// How the bytes of a row hold the OpenVDB stream of its region.
 enum class Codec {
-  stream,  // the stream itself, with Blosc inside (also all rows of version 1)
-  zstd,    // a Zstandard frame, with its size and checksum, around a stream without Blosc
+  stream,   // the stream itself, with Blosc inside (also all rows of version 1)
+  zstd,     // a Zstandard frame, with its size and checksum, around a stream without Blosc
+  context,  // of blocks: what the stream holds, each voxel coded by those beside it (block_code.h); since version 4
 };
 std::string_view codec_name(Codec codec);
 std::optional<Codec> codec_from_name(std::string_view name);
@@ -23,6 +24,8 @@ struct PayloadOptions {
   Codec codec = Codec::zstd;
   int level = 3;  // Zstandard's, -7..19; see `loam bench pareto save_compression`
 };
+/// For files that are written once: a third of the bytes, for more time where blocks lie at random.
+constexpr PayloadOptions kSmallPayload{.codec = Codec::context};
 
 struct RegionRow {
   Layer layer = Layer::block;
@@ -45,7 +48,8 @@ Result<Census> parse_census(std::string_view text);
 
 Result<std::string> encode_payload(const PackedRegion& region, RegionPos pos, const PayloadOptions& options);
 Result<std::string> encode_payload(const FloatLayer& layer, RegionPos pos, const PayloadOptions& options);
-/// The row's OpenVDB stream. Memory is bounded by kMostPayloadBytes, whatever the frame claims.
+/// The row's OpenVDB stream, of all codecs but `context`. Memory is bounded by kMostPayloadBytes, whatever the frame
+/// claims.
 Result<std::string> stream_of(const RegionRow& row);
 /// Checks the row's hash, then its blocks against its census.
 Result<RegionBuilder> decode_blocks(const RegionRow& row, size_t palette_size);

@@ -11,6 +11,7 @@
 
 #include "world/saves/assets.h"
 #include "world/saves/database.h"
+#include "world/saves/palette_rows.h"
 #include "world/saves/schema.h"
 
 namespace world {
@@ -240,12 +241,12 @@ Result<std::string> SalvagedRows::read_asset(uint64_t where, int64_t key, size_t
   return input_error("an asset differs from its hash");
 }
 
-Result<Salvage> salvage_save(const std::filesystem::path& path) {
+/// `page_bytes`: where the header states none of SQLite's sizes.
+Result<Salvage> salvage_pages(const std::filesystem::path& path, uint64_t page_bytes) {
   Salvage found;
-  found.page_bytes = kSavePageBytes;
+  found.page_bytes = page_bytes;
   TRY(SalvagedRows rows, SalvagedRows::open(path, found));
   SalvagedRows::File& file = *rows.file_;
-  // The page size from the header, where it is one of SQLite's; else that of all saves.
   std::vector<uint8_t>& page = file.page;
   file.read(1, page);
   const uint64_t stated = big_endian(page.data() + 16, 2);
@@ -275,9 +276,13 @@ Result<Salvage> salvage_save(const std::filesystem::path& path) {
         named.insert(key);
       }
     } else if (are(v, "ntti") && v[3].integer == hash_of_palette_row(rowid, v[1].bytes, v[2].bytes)) {
-      found.palette[rowid] = {v[1].bytes, v[2].bytes};
+      found.palette[rowid] = v[2].bytes;
     } else if (are(v, "ntt") && rowid > 0 && rowid < static_cast<int64_t>(kMaxBlocks)) {
-      found.palette.try_emplace(rowid, v[1].bytes, v[2].bytes);  // of version 1: no hash
+      found.palette.try_emplace(rowid, v[2].bytes);  // of version 1: no hash
+    } else if (are(v, "niib")) {
+      const auto blocks = read_palette_row({rowid, v[1].integer, v[2].integer, std::move(v[3].bytes)});
+      for (size_t i = 0; blocks.ok() && i < blocks->size(); ++i)
+        found.palette[rowid + static_cast<int64_t>(i)] = (*blocks)[i];
     } else if (are(v, "ntb")) {
       found.assets[rowid].push_back(where);
     } else if (are(v, "tt")) {
@@ -308,7 +313,7 @@ Result<Salvage> salvage_save(const std::filesystem::path& path) {
         if (const auto key = key_of(*values)) named.insert(*key);
     }
   }
-  // The header says more than rows, which are the same in versions 2 and 3.
+  // The header says more than rows, which are the same from version 2 on.
   if (const uint64_t version = big_endian(header.data() + 60, 4);
       found.is_marked && version >= 1 && version <= static_cast<uint64_t>(kSaveVersion))
     found.version = static_cast<int>(version);
@@ -323,6 +328,12 @@ Result<Salvage> salvage_save(const std::filesystem::path& path) {
   }
   for (const RowKey& key : named)
     if (!found.rows.contains(key)) found.lost.insert(key);
+  return found;
+}
+
+Result<Salvage> salvage_save(const std::filesystem::path& path) {
+  TRY(Salvage found, salvage_pages(path, kSavePageBytes));
+  if (found.rows.empty() && found.palette.empty()) return salvage_pages(path, kPageBytesBefore4);
   return found;
 }
 

@@ -21,9 +21,9 @@ struct Salvage {
   std::optional<int64_t> save_number;
   bool is_marked = false;  // the header carries the application id of a save
   uint64_t pages = 0, page_bytes = 0;
-  std::map<RowKey, uint64_t> rows;  // the newest whole row of each key: where its cell lies in the file
-  std::set<RowKey> lost;            // named by the index or by a damaged row, but not whole anywhere
-  std::map<int64_t, std::pair<std::string, std::string>> palette;  // id -> name, properties as TOML
+  std::map<RowKey, uint64_t> rows;         // the newest whole row of each key: where its cell lies in the file
+  std::set<RowKey> lost;                   // named by the index or by a damaged row, but not whole anywhere
+  std::map<int64_t, std::string> palette;  // id -> the block as TOML
   std::map<std::string, std::string> meta;
   std::map<int64_t, std::vector<uint64_t>> assets;  // key -> where cells lie; not checked against it yet
 };
@@ -40,7 +40,7 @@ class SalvagedRows {
   Result<std::string> read_asset(uint64_t where, int64_t key, size_t number);
 
  private:
-  friend Result<Salvage> salvage_save(const std::filesystem::path& path);
+  friend Result<Salvage> salvage_pages(const std::filesystem::path& path, uint64_t page_bytes);
   struct File;
   std::shared_ptr<File> file_;
 };

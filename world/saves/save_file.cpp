@@ -8,7 +8,9 @@
 
 #include "world/base/jobs.h"
 #include "world/saves/meta.h"
+#include "world/saves/palette_rows.h"
 #include "world/saves/schema.h"
+#include "world/store/density_field.h"
 #include "world/store/snapshot.h"
 
 namespace world {
@@ -53,7 +55,8 @@ Error damaged(const Database& db, const RegionRow& row, const std::string& why) 
   return db.broken(row_text(row.layer, row.pos) + " is damaged: " + why);
 }
 
-Status read_palette(const Database& db, int version, World& world) {
+/// Before version 4.
+Status read_palette_of_text(const Database& db, int version, World& world) {
   TRY(Statement s, Statement::prepare(db, version == 1 ? "SELECT id, name, properties FROM palette ORDER BY id"
                                                        : "SELECT id, name, properties, hash FROM palette ORDER BY id"));
   while (true) {
@@ -69,6 +72,46 @@ Status read_palette(const Database& db, int version, World& world) {
     if (world.palette->find(name) != static_cast<BlockId>(id))
       return db.broken(fmt::format("palette entry {} is not the block \"{}\"", id, name));
   }
+}
+
+Status read_palette(const Database& db, int version, World& world) {
+  if (version < 4) return read_palette_of_text(db, version, world);
+  TRY(Statement s, Statement::prepare(db, "SELECT id, blocks, hash, bytes FROM palette ORDER BY id"));
+  while (true) {
+    TRY(const bool there, s.next());
+    if (!there) return {};
+    const PaletteRow row{.id = s.integer(0), .blocks = s.integer(1), .hash = s.integer(2), .bytes = s.blob(3)};
+    if (row.id != static_cast<int64_t>(world.palette->size()))
+      return db.broken("the palette skips id " + std::to_string(world.palette->size()));
+    const Result<std::vector<std::string>> blocks = read_palette_row(row);
+    if (!blocks.ok())
+      return db.broken(fmt::format("the palette from entry {} on is damaged: {}", row.id, blocks.error().message));
+    for (const std::string& block : *blocks) {
+      const size_t id = world.palette->size();
+      TRY_STATUS(add_blocks_from_toml(*world.palette, block, fmt::format("palette entry {}", id)));
+      if (world.palette->size() != id + 1) return db.broken(fmt::format("palette entry {} is not one block", id));
+    }
+  }
+}
+
+Status write_palette(const Database& db, size_t first, std::span<const Block> blocks) {
+  TRY(Statement s, Statement::prepare(db, "INSERT INTO palette VALUES (?1, ?2, ?3, ?4)"));
+  while (!blocks.empty()) {
+    const size_t count = std::min(blocks.size(), kPaletteRowBlocks);
+    std::vector<std::string> texts;
+    for (const Block& block : blocks.first(count)) texts.push_back(toml_from_block(block));
+    TRY(const PaletteRow row, make_palette_row(first, texts));
+    s.bind(1, row.id), s.bind(2, row.blocks), s.bind(3, row.hash), s.bind_blob(4, row.bytes);
+    TRY_STATUS(s.finish());
+    blocks = blocks.subspan(count), first += count;
+  }
+  return {};
+}
+
+std::vector<Block> blocks_after_air(const BlockPalette& palette) {
+  std::vector<Block> blocks;
+  for (size_t id = 1; id < palette.size(); ++id) blocks.push_back(palette[static_cast<BlockId>(id)]);
+  return blocks;
 }
 
 Status check_digest(const Database& db) {
@@ -103,7 +146,7 @@ Result<std::unique_ptr<SaveFile>> SaveFile::open(const std::filesystem::path& pa
   TRY_STATUS(file->db_.run("PRAGMA journal_mode=DELETE; PRAGMA synchronous=EXTRA"));
   TRY_STATUS(file->begin_editing());
   if (file->version_ < kSaveVersion) {
-    TRY_STATUS(file->version_ == 1 ? file->upgrade_from_1() : file->upgrade_from_2());
+    TRY_STATUS(file->version_ == 1 ? file->upgrade_from_1() : file->upgrade_from_2_or_3());
     TRY_STATUS(file->begin_editing());
   }
   TRY(file->save_number_, read_save_number(file->db_));
@@ -147,15 +190,7 @@ Status SaveFile::upgrade_from_1() {
       db_.run("ALTER TABLE region RENAME TO region_of_version_1;"
               "ALTER TABLE palette RENAME TO palette_of_version_1"));
   for (const char* table : tables_of_version(kSaveVersion).subspan(1)) TRY_STATUS(db_.run(table));
-  TRY(Statement palette, Statement::prepare(db_, "INSERT INTO palette VALUES (?1, ?2, ?3, ?4)"));
-  for (size_t id = 1; id < frame.palette->size(); ++id) {
-    const Block& block = (*frame.palette)[static_cast<BlockId>(id)];
-    const std::string properties = toml_from_block(block);
-    const auto key = static_cast<int64_t>(id);
-    palette.bind(1, key), palette.bind(2, block.name), palette.bind(3, properties);
-    palette.bind(4, hash_of_palette_row(key, block.name, properties));
-    TRY_STATUS(palette.finish());
-  }
+  TRY_STATUS(write_palette(db_, 1, blocks_after_air(*frame.palette)));
   TRY(Statement insert,
       Statement::prepare(db_, "INSERT INTO region VALUES (?1, ?2, ?3, ?4, 0, ?5, ?6, 'stream', ?7, ?8)"));
   TRY(Statement select,
@@ -198,9 +233,18 @@ Status SaveFile::upgrade_from_1() {
   return {};
 }
 
-Status SaveFile::upgrade_from_2() {
-  TRY_STATUS(
-      db_.run(fmt::format("{}; PRAGMA user_version={}; COMMIT", tables_of_version(kSaveVersion).back(), kSaveVersion)));
+Status SaveFile::upgrade_from_2_or_3() {
+  // A new digest must not vouch for what the old one doesn't.
+  TRY_STATUS(check_digest(db_));
+  World frame;
+  TRY_STATUS(read_palette(db_, version_, frame));
+  const auto tables = tables_of_version(kSaveVersion);
+  TRY_STATUS(db_.run(fmt::format("DROP TABLE palette; {}", tables[1])));
+  TRY_STATUS(write_palette(db_, 1, blocks_after_air(*frame.palette)));
+  if (version_ == 2) TRY_STATUS(db_.run(tables.back()));
+  TRY(const std::string digest, digest_of(db_));
+  TRY_STATUS(db_.run(fmt::format(
+      "UPDATE meta SET value = '{}' WHERE key = 'save.digest'; PRAGMA user_version={}; COMMIT", digest, kSaveVersion)));
   version_ = kSaveVersion;
   return {};
 }
@@ -238,6 +282,22 @@ Status SaveFile::read_meta(World& world) {
   }
 }
 
+/// Density grids over the world's own layer, which a World without regions doesn't have, get their field.
+Status SaveFile::fill_media(World& world) {
+  const bool any = std::any_of(world.media.begin(), world.media.end(),
+                               [](const Medium& m) { return m.kind == "density_grid" && !m.field; });
+  if (!any) return {};
+  FloatLayer layer;
+  TRY(const std::vector<RegionPos> regions, positions(Layer::density));
+  for (const RegionPos& r : regions) {
+    TRY(const std::optional<RegionRow> row, read_row(Layer::density, r));
+    if (!row) continue;
+    TRY(const std::string stream, stream_of(*row));
+    TRY_STATUS(layer.decode_region(stream, r));
+  }
+  return fill_density_grids(&layer, world.media);
+}
+
 Result<World> SaveFile::read_frame() {
   const std::lock_guard lock(mutex_);
   World world;
@@ -245,6 +305,7 @@ Result<World> SaveFile::read_frame() {
   // Before what the digest vouches for is understood.
   if (version_ > 1) TRY_STATUS(check_digest(db_));
   TRY_STATUS(read_meta(world));
+  TRY_STATUS(fill_media(world));
   return world;
 }
 
@@ -474,12 +535,8 @@ Status SaveFile::Transaction::put_assets(const Meta& meta) {
   return {};
 }
 
-Status SaveFile::Transaction::put_block(BlockId id, const Block& block) {
-  TRY(Statement s, Statement::prepare(file_.db_, "INSERT INTO palette VALUES (?1, ?2, ?3, ?4)"));
-  const std::string properties = toml_from_block(block);
-  s.bind(1, int64_t{id}), s.bind(2, block.name), s.bind(3, properties);
-  s.bind(4, hash_of_palette_row(id, block.name, properties));
-  return s.finish();
+Status SaveFile::Transaction::put_blocks(BlockId first, std::span<const Block> blocks) {
+  return write_palette(file_.db_, first, blocks);
 }
 
 Status SaveFile::Transaction::commit() {

@@ -2,15 +2,17 @@
 ///
 ///   meta     key, value                  what the world holds beside blocks and layers (surroundings.h), where it came
 ///                                        from, the number of the last save, a digest
-///   palette  id, name, properties, hash  ids as the regions use them; properties as TOML
+///   palette  id, blocks, hash, bytes     ids as the regions use them: blocks from an id on, as TOML (palette_rows.h)
 ///   census   block, voxels               of the whole world, so that opening reads no region
-///   region   layer, x, y, z, save,       a row a 128^3 region and layer: an OpenVDB stream, in a Zstandard frame, with
-///            voxels, census, codec,      the number of the save that wrote it and an XXH3 over all of the row
-///            hash, bytes
+///   region   layer, x, y, z, save,       a row a 128^3 region and layer: an OpenVDB stream in a Zstandard frame, or
+///   what
+///            voxels, census, codec,      it would hold in fewer bytes (row.h); with the number of the save that wrote
+///            hash, bytes                 it and an XXH3 over all of the row
 ///   asset    key, codec, bytes           triangles, images and densities that rows of meta name (assets.h)
 ///
-/// Version 1 had no census, one codec, and a hash of the bytes alone; versions 1 and 2 had no assets. They are read as
-/// they are, and become version 3 where they are opened for editing.
+/// Version 1 had no census, one codec, and a hash of the bytes alone; versions 1 and 2 had no assets;
+/// before version 4 each block was a row of text. They are read as they are, and become version 4 where they are opened
+/// for editing.
 ///
 /// One transaction a save, rollback journal, synchronous=EXTRA (FULL, and the folder is synced too): after a kill or a
 /// power loss at any moment the file holds exactly one complete save. Reading trusts nothing: the schema is compared
@@ -45,7 +47,7 @@ class SaveFile {
   int64_t save_number() const { return save_number_; }  // of the last save; 0 in version 1
   const std::string& path() const { return db_.path(); }
 
-  /// Palette, surroundings and metadata; no region.
+  /// Palette, surroundings and metadata; no region, but that media sample their layer.
   Result<World> read_frame();
   /// All of it.
   Result<World> read_all();
@@ -66,9 +68,10 @@ class SaveFile {
   SaveFile() = default;
   Status begin_editing();
   Status upgrade_from_1();
-  Status upgrade_from_2();
+  Status upgrade_from_2_or_3();
   Status check_row(const RegionRow& row) const;
   Status read_meta(World& world);
+  Status fill_media(World& world);
 
   std::recursive_mutex mutex_;
   Database db_;
@@ -90,7 +93,8 @@ class SaveFile::Transaction {
   Status remove(Layer layer, RegionPos pos);
   /// Replaces all rows; assets that are there already are not written again, and those that no row names go.
   Status put_meta(const Meta& meta);
-  Status put_block(BlockId id, const Block& block);
+  /// Blocks that are new, with ids from `first` on.
+  Status put_blocks(BlockId first, std::span<const Block> blocks);
   Status commit();
   uint64_t bytes() const { return bytes_; }  // of payloads written
 

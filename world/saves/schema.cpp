@@ -37,12 +37,22 @@ constexpr const char* kVersion3[] = {
     "CREATE TABLE asset (key INTEGER PRIMARY KEY, codec TEXT NOT NULL, bytes BLOB NOT NULL)",
 };
 
+constexpr const char* kVersion4[] = {
+    kVersion3[0],
+    "CREATE TABLE palette (id INTEGER PRIMARY KEY, blocks INTEGER NOT NULL, hash INTEGER NOT NULL, "
+    "bytes BLOB NOT NULL)",
+    kVersion3[2],
+    kVersion3[3],
+    kVersion3[4],
+};
+
 }  // namespace
 
 std::span<const char* const> tables_of_version(int version) {
   if (version == 1) return kVersion1;
   if (version == 2) return kVersion2;
-  return kVersion3;
+  if (version == 3) return kVersion3;
+  return kVersion4;
 }
 
 Result<int> check_schema(const Database& db) {

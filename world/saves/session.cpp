@@ -31,7 +31,8 @@ Status put_rows(SaveFile::Transaction& transaction, size_t count, const std::fun
   return {};
 }
 
-Status put_layer(SaveFile::Transaction& transaction, const SaveWork::LayerPart& part, const PayloadOptions& payload) {
+Status put_layer(SaveFile::Transaction& transaction, const SaveWork::LayerPart& part, PayloadOptions payload) {
+  if (payload.codec == Codec::context) payload.codec = Codec::zstd;  // the former knows blocks only
   std::vector<RegionPos> held;
   for (const RegionPos& r : part.regions) {
     if (part.values->holds(r))
@@ -55,7 +56,7 @@ Status drop_layer(SaveFile& file, SaveFile::Transaction& transaction, Layer laye
 
 Status write_work(SaveFile& file, SaveWork& work, const PayloadOptions& payload, SaveReport& report) {
   TRY(const auto transaction, SaveFile::Transaction::begin(file));
-  for (const auto& [id, block] : work.new_blocks) TRY_STATUS(transaction->put_block(id, block));
+  TRY_STATUS(transaction->put_blocks(work.first_new_block, work.new_blocks));
   TRY_STATUS(transaction->put_meta(work.meta));
   static const std::shared_ptr<const PackedRegion> air =
       std::make_shared<const PackedRegion>([](int) { return LeafBlocks{}; });
@@ -77,11 +78,9 @@ Status write_work(SaveFile& file, SaveWork& work, const PayloadOptions& payload,
   return {};
 }
 
-std::vector<std::pair<BlockId, Block>> blocks_from(const BlockPalette& palette, size_t first) {
-  std::vector<std::pair<BlockId, Block>> blocks;
-  for (size_t id = first; id < palette.size(); ++id)
-    blocks.emplace_back(static_cast<BlockId>(id), palette[static_cast<BlockId>(id)]);
-  return blocks;
+void take_blocks(const BlockPalette& palette, size_t first, SaveWork& work) {
+  work.first_new_block = static_cast<BlockId>(first);
+  for (size_t id = first; id < palette.size(); ++id) work.new_blocks.push_back(palette[static_cast<BlockId>(id)]);
 }
 
 std::shared_ptr<const std::vector<std::string>> block_names(const BlockPalette& palette) {
@@ -105,7 +104,7 @@ Status write_new_save(const World& world, const std::filesystem::path& path, con
   SaveWork work;
   work.regions = world.store.snapshot(world.store.regions());
   work.meta = meta_of(world);
-  work.new_blocks = blocks_from(*world.palette, 1);
+  take_blocks(*world.palette, 1, work);
   work.names = block_names(*world.palette);
   for_each_layer(world.store, [&](Layer layer, const FloatLayer& values) {
     work.layers.push_back(
@@ -173,7 +172,7 @@ SaveWork SaveSession::take_work() {
   world_.store.mark_saved();
   work.meta = meta_of(world_);
   writing_meta_ = work.meta.rows;
-  work.new_blocks = blocks_from(*world_.palette, saved_blocks_);
+  take_blocks(*world_.palette, saved_blocks_, work);
   if (!names_ || names_->size() != world_.palette->size()) names_ = block_names(*world_.palette);
   work.names = names_;
   writing_blocks_ = world_.palette->size();

@@ -24,7 +24,8 @@ namespace world {
 struct SaveWork {
   StoreSnapshot regions;
   Meta meta;
-  std::vector<std::pair<BlockId, Block>> new_blocks;
+  BlockId first_new_block = 1;
+  std::vector<Block> new_blocks;
   struct LayerPart {
     Layer layer;
     std::vector<RegionPos> regions;            // those that changed, sorted

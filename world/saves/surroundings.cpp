@@ -9,6 +9,7 @@
 #include "world/base/text.h"
 #include "world/base/toml_reader.h"
 #include "world/luminaires/kinds.h"
+#include "world/store/density_field.h"
 
 namespace world {
 
@@ -129,6 +130,7 @@ void visit_record(Visitor& v, Medium& r) {
   FIELD(half_extent, {.min = 0, .open_min = true}), FIELD(normal), FIELD(scale_height, kNotNegative);
   FIELD(voxel_size, {.min = 1e-6, .max = 1e6}), FIELD(sampling);
   v.asset("field", r.field, r.sampling);
+  v.own_layer(r);
 }
 
 template <class Visitor>
@@ -181,6 +183,9 @@ struct Writer {
   void asset(const char* key, const std::vector<Vec3f>& triangles) {
     if (!triangles.empty()) keep(key, asset_of(triangles));
   }
+  void own_layer(const Medium& medium) {
+    if (medium.kind == "density_grid" && !medium.field) text += "layer = \"density\"\n";
+  }
 };
 
 template <class Record>
@@ -192,6 +197,19 @@ void put_records(const char* kind, std::vector<Record> records, std::map<std::st
     Writer writer{text, assets, known};
     visit_record(writer, records[i]);
   }
+}
+
+/// Without the fields that say what the world's own layer says: that is saved by its regions.
+std::vector<Medium> without_copies(std::vector<Medium> media, const FloatLayer* layer) {
+  if (!layer) return media;
+  std::map<const void*, bool> is_copy;
+  for (Medium& medium : media) {
+    if (medium.kind != "density_grid" || !medium.field) continue;
+    const auto [found, is_new] = is_copy.try_emplace(medium.field.get(), false);
+    if (is_new) found->second = is_copy_of(*medium.field, *layer);
+    if (found->second) medium.field.reset();
+  }
+  return media;
 }
 
 // ---- reading -----------------------------------------------------------------------------------------------------
@@ -241,6 +259,12 @@ struct Reader {
   void asset(const char* key, std::vector<Vec3f>& out) {
     take(key, out, [&](const auto& p) { return assets.triangles(p); });
   }
+  void own_layer(const Medium& medium) {
+    std::string layer;
+    const bool own = table.read("layer", layer);
+    if (own && (layer != "density" || medium.field)) table.fail("layer", "only the layer \"density\" is sampled");
+    if (!own && medium.kind == "density_grid" && !medium.field) table.fail("field", "the densities are missing");
+  }
 };
 
 // What the fields' own ranges don't say.
@@ -261,7 +285,6 @@ Status finish_record(const World&, Medium& m, TomlTable& table) {
   m.kind_number = static_cast<int>(kind - kinds.begin());
   if (m.kind == "height_fog" && !(m.scale_height > 0))
     return input_error(m.where + ": the scale height must be above 0");
-  if (m.kind == "density_grid" && !m.field) return input_error(m.where + ": the densities are missing");
   if (!(std::abs(glm::length(m.normal) - 1) < 1e-3f)) return input_error(m.where + ": the normal must have length 1");
   return {};
 }
@@ -309,7 +332,7 @@ void put_surroundings(const World& world, std::map<std::string, std::string>& ro
   std::map<const void*, std::vector<int64_t>> known;
   put_records("camera", world.cameras, rows, assets, known);
   put_records("luminaire", world.luminaires, rows, assets, known);
-  put_records("medium", world.media, rows, assets, known);
+  put_records("medium", without_copies(world.media, world.store.find_layer(Layer::density)), rows, assets, known);
   put_records("mesh", world.meshes, rows, assets, known);
   if (world.knobs.empty()) return;
   std::string& text = rows["scene.knobs"];

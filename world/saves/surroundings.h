@@ -16,7 +16,7 @@ void put_surroundings(const World& world, std::map<std::string, std::string>& ro
                       std::map<std::vector<int64_t>, Asset>& assets);
 
 /// Takes in one row. Rows come in the order of their keys, after the palette: meshes name media and blocks.
-/// `where` is what messages begin with.
+/// Density grids over the world's own layer stay without a field. `where` is what messages begin with.
 Status read_surroundings(World& world, const std::string& key, const std::string& text, const std::string& where,
                          AssetReader& assets);
 

@@ -1,6 +1,8 @@
 #include "world/store/density_field.h"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 
 #include <fmt/format.h>
 
@@ -39,6 +41,43 @@ Result<std::shared_ptr<const DensityField>> density_field(const FloatLayer& laye
   }
   TRY(std::shared_ptr<const DensityField> field, BrickField::make(std::move(leaves), sampling, name));
   return field;
+}
+
+Status fill_density_grids(const FloatLayer* layer, std::vector<Medium>& media) {
+  std::map<FieldSampling, std::shared_ptr<const DensityField>> fields;
+  for (Medium& medium : media) {
+    if (medium.kind != "density_grid" || medium.field) continue;
+    std::shared_ptr<const DensityField>& field = fields[medium.sampling];
+    if (!field) {
+      if (!layer) return input_error(medium.where + ": the world has no density layer: its file holds no fog volume");
+      TRY(field, density_field(*layer, medium.sampling, medium.where));
+    }
+    medium.field = field;
+  }
+  return {};
+}
+
+bool is_copy_of(const DensityField& field, const FloatLayer& layer) {
+  std::array<float, kLeafVoxels> values;
+  const auto read = [&](LeafPos l) {
+    layer.read_cube(voxel_from_leaf(l), kLeafSize, values);
+    for (float& v : values)
+      if (std::isnan(v)) v = 0;
+  };
+  bool same = true;
+  size_t leaves = 0;
+  field.for_each_leaf([&](const FieldLeaf& leaf) {
+    ++leaves;
+    if (!same) return;
+    read(leaf.leaf);
+    same = values == leaf.values;
+  });
+  if (!same) return false;
+  for (const LeafPos& l : layer.leaves()) {
+    read(l);
+    leaves -= std::any_of(values.begin(), values.end(), [](float v) { return v > 0; });
+  }
+  return leaves == 0;
 }
 
 }  // namespace world

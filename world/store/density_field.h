@@ -11,4 +11,11 @@ namespace world {
 Result<std::shared_ptr<const DensityField>> density_field(const FloatLayer& layer, FieldSampling sampling,
                                                           const std::string& name);
 
+/// Density grids without a field sample the world's layer, whose voxels count from the medium's position. Fails where
+/// one needs it and it is null.
+Status fill_density_grids(const FloatLayer* layer, std::vector<Medium>& media);
+
+/// True where the field says what the layer says now.
+bool is_copy_of(const DensityField& field, const FloatLayer& layer);
+
 }  // namespace world

@@ -3,6 +3,7 @@
 #include <xxhash.h>
 
 #include "tests/world/saves/saves_support.h"
+#include "world/saves/check.h"
 #include "world/store/region_stream.h"
 
 namespace world {
@@ -126,7 +127,7 @@ TEST(HardCaseIO14, ForeignTablesAndTriggersAreRefused) {
 TEST(HardCaseIO16, ANewerVersionIsRefusedWithASentence) {
   TemporaryFolder folder;
   ASSERT_TRUE(write_world(sample_world(), folder / "a.loam").ok());
-  sql(folder / "a.loam", "PRAGMA user_version = 4");
+  sql(folder / "a.loam", "PRAGMA user_version = 5");
   const auto refused = load(folder / "a.loam");
   ASSERT_FALSE(refused.ok());
   EXPECT_NE(refused.error().message.find("newer Loam"), std::string::npos);
@@ -135,7 +136,7 @@ TEST(HardCaseIO16, ANewerVersionIsRefusedWithASentence) {
 TEST(LoamSave, AnIdOutsideThePaletteIsRefused) {
   TemporaryFolder folder;
   ASSERT_TRUE(write_world(sample_world(), folder / "a.loam").ok());
-  sql(folder / "a.loam", "DELETE FROM palette WHERE id > 5");
+  sql(folder / "a.loam", "DELETE FROM palette WHERE id > 128");
   EXPECT_FALSE(load(folder / "a.loam").ok());
 }
 
@@ -219,11 +220,66 @@ TEST(LoamSave, VersionOneBecomesTheNewestWhereItIsEdited) {
   ASSERT_TRUE(world.store.apply(edit_number(1)).ok());
   const auto file = SaveFile::open(folder / "old.loam", SaveFile::Access::read);
   ASSERT_TRUE(file.ok()) << file.error().message;
-  EXPECT_EQ((*file)->version(), 3);
+  EXPECT_EQ((*file)->version(), kSaveVersion);
   EXPECT_EQ(*(*file)->census(), world.store.census());
   const auto read = (*file)->read_all();
   ASSERT_TRUE(read.ok()) << read.error().message;
   EXPECT_EQ(read->store.content_hash(), world.store.content_hash());
+}
+
+// ---- version 3 -------------------------------------------------------------------------------------------------
+
+TEST(LoamSave, VersionThreeIsReadAsItIsAndBecomesTheNewestWhereItIsEdited) {
+  const TemporaryFolder folder;
+  const auto path = folder / "old.loam";
+  World world = sample_world();
+  write_older_save(world, path, 3);
+  const auto before = *read_file(path);
+  {
+    const auto read = load(path);
+    ASSERT_TRUE(read.ok()) << read.error().message;
+    EXPECT_EQ(read->store.content_hash(), world.store.content_hash());
+    EXPECT_EQ(*read_file(path), before) << "reading must not write";
+    EXPECT_EQ(check_save(path)->version, 3);
+    EXPECT_TRUE(check_save(path)->clean());
+  }
+  {
+    auto session = SaveSession::open(path, {});
+    ASSERT_TRUE(session.ok()) << session.error().message;
+    ASSERT_TRUE((*session)->world().store.apply(edit_number(1)).ok());
+    ASSERT_TRUE((*session)->close().ok());
+  }
+  ASSERT_TRUE(world.store.apply(edit_number(1)).ok());
+  EXPECT_EQ(check_save(path)->version, kSaveVersion);
+  EXPECT_TRUE(check_save(path)->clean());
+  const auto read = load(path);
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_EQ(read->store.content_hash(), world.store.content_hash());
+  for (size_t id = 0; id < world.palette->size(); ++id)
+    EXPECT_EQ(toml_from_block((*read->palette)[static_cast<BlockId>(id)]),
+              toml_from_block((*world.palette)[static_cast<BlockId>(id)]));
+}
+
+TEST(LoamSave, ADamagedOlderPaletteIsNotGivenANewDigest) {
+  const TemporaryFolder folder;
+  const auto path = folder / "old.loam";
+  write_older_save(sample_world(), path, 3);
+  sql(path, "UPDATE census SET voxels = voxels + 1 WHERE block = 1");
+  EXPECT_FALSE(SaveSession::open(path, {}).ok());
+  EXPECT_EQ(check_save(path)->version, 3);
+  EXPECT_FALSE(check_save(path)->clean());
+}
+
+// ---- how large it is -------------------------------------------------------------------------------------------
+
+TEST(LoamSave, ThreeHundredBlocksAndATreeTakeLittleRoom) {
+  const TemporaryFolder folder;
+  World world(standard_blocks());
+  EditBatch batch;
+  batch.fill({{0, 0, 0}, {3, 9, 3}}, *world.palette->find("stone"));
+  ASSERT_TRUE(world.store.apply(batch).ok());
+  ASSERT_TRUE(write_world(world, folder / "a.loam").ok());
+  EXPECT_LE(std::filesystem::file_size(folder / "a.loam"), 24 << 10);  // 224 KiB in version 3
 }
 
 }  // namespace

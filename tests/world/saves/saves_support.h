@@ -10,6 +10,7 @@
 
 #include "tests/support.h"
 #include "world/formats/format.h"
+#include "world/saves/schema.h"
 #include "world/saves/session.h"
 
 namespace world {
@@ -68,6 +69,29 @@ inline void sql(const std::filesystem::path& path, const char* text) {
   char* error = nullptr;
   EXPECT_EQ(sqlite3_exec(db, text, nullptr, nullptr, &error), SQLITE_OK) << (error ? error : "");
   sqlite3_close(db);
+}
+
+/// A save as programs of version 2 or 3 wrote it: each block a row of text; before version 3 no assets.
+inline void write_older_save(const World& world, const std::filesystem::path& path, int version) {
+  ASSERT_TRUE(write_new_save(world, path).ok());
+  auto db = Database::open(path, Database::Access::edit);
+  ASSERT_TRUE(db.ok());
+  ASSERT_TRUE(db->run(std::string("DROP TABLE palette;") + tables_of_version(version)[1]).ok());
+  auto row = Statement::prepare(*db, "INSERT INTO palette VALUES (?1, ?2, ?3, ?4)");
+  ASSERT_TRUE(row.ok());
+  for (size_t id = 1; id < world.palette->size(); ++id) {
+    const Block& block = (*world.palette)[static_cast<BlockId>(id)];
+    const std::string properties = toml_from_block(block);
+    const auto key = static_cast<int64_t>(id);
+    row->bind(1, key), row->bind(2, block.name), row->bind(3, properties);
+    row->bind(4, hash_of_palette_row(key, block.name, properties));
+    ASSERT_TRUE(row->finish().ok());
+  }
+  if (version == 2) {
+    ASSERT_TRUE(db->run("DROP TABLE asset").ok());
+  }
+  ASSERT_TRUE(db->run("PRAGMA user_version=" + std::to_string(version)).ok());
+  ASSERT_TRUE(db->run("UPDATE meta SET value = '" + *digest_of(*db) + "' WHERE key = 'save.digest'").ok());
 }
 
 inline void write_bytes(const std::filesystem::path& path, std::span<const uint8_t> bytes) {

@@ -7,6 +7,7 @@
 #include "world/meshes/builder.h"
 #include "world/saves/check.h"
 #include "world/saves/meta.h"
+#include "world/store/density_field.h"
 
 namespace world {
 namespace {
@@ -86,6 +87,13 @@ World furnished_world() {
   return world;
 }
 
+/// Equal in these fields.
+template <class Record, class... Fields>
+void expect_same(const Record& a, const Record& b, Fields Record::*... fields) {
+  const auto same = [&](auto field) { EXPECT_EQ(a.*field, b.*field); };
+  (same(fields), ...);
+}
+
 void expect_equal_surroundings(const World& a, const World& b) {
   // All fields that a save has: rows of text of both, and the assets by their hashes.
   const auto rows = meta_of(a).rows, others = meta_of(b).rows;
@@ -94,34 +102,24 @@ void expect_equal_surroundings(const World& a, const World& b) {
   // What is behind them, bit for bit; not by the functions that wrote it.
   ASSERT_EQ(a.cameras.size(), b.cameras.size());
   for (size_t i = 0; i < a.cameras.size(); ++i) {
-    EXPECT_EQ(a.cameras[i].name, b.cameras[i].name);
-    EXPECT_EQ(a.cameras[i].position.voxel, b.cameras[i].position.voxel);
-    EXPECT_EQ(a.cameras[i].position.fraction, b.cameras[i].position.fraction);
-    EXPECT_EQ(a.cameras[i].forward, b.cameras[i].forward);
-    EXPECT_EQ(a.cameras[i].lens_radius_m, b.cameras[i].lens_radius_m);
+    using C = CameraPlacement;
+    expect_same(a.cameras[i], b.cameras[i], &C::name, &C::forward, &C::lens_radius_m);
+    expect_same(a.cameras[i].position, b.cameras[i].position, &WorldPoint::voxel, &WorldPoint::fraction);
   }
   ASSERT_EQ(a.luminaires.size(), b.luminaires.size());
   for (size_t i = 0; i < a.luminaires.size(); ++i) {
     const Luminaire &x = a.luminaires[i], &y = b.luminaires[i];
-    EXPECT_EQ(x.name, y.name);
-    EXPECT_EQ(x.power, y.power);
-    EXPECT_EQ(x.axis, y.axis);
-    EXPECT_EQ(x.half_angle, y.half_angle);
-    EXPECT_EQ(x.triangles, y.triangles);
-    EXPECT_EQ(x.shadows, y.shadows);
+    using L = Luminaire;
+    expect_same(x, y, &L::name, &L::power, &L::axis, &L::half_angle, &L::triangles, &L::shadows);
     ASSERT_EQ(!x.light_image, !y.light_image);
     if (x.light_image) {
-      EXPECT_EQ(x.light_image->width, y.light_image->width);
-      EXPECT_EQ(x.light_image->pixels, y.light_image->pixels);
+      expect_same(*x.light_image, *y.light_image, &LightImage::width, &LightImage::pixels);
     }
   }
   ASSERT_EQ(a.media.size(), b.media.size());
   for (size_t i = 0; i < a.media.size(); ++i) {
     const Medium &x = a.media[i], &y = b.media[i];
-    EXPECT_EQ(x.kind, y.kind);
-    EXPECT_EQ(x.kind_number, y.kind_number);
-    EXPECT_EQ(x.absorption, y.absorption);
-    EXPECT_EQ(x.anisotropy, y.anisotropy);
+    expect_same(x, y, &Medium::kind, &Medium::kind_number, &Medium::absorption, &Medium::anisotropy);
     ASSERT_EQ(!x.field, !y.field);
     for (int k = 0; x.field && k < 2000; ++k) {
       const Vec3d p(k * 0.013 - 5, k % 8, k % 11);
@@ -131,10 +129,8 @@ void expect_equal_surroundings(const World& a, const World& b) {
   ASSERT_EQ(a.meshes.size(), b.meshes.size());
   for (size_t i = 0; i < a.meshes.size(); ++i) {
     const MeshInstance &x = a.meshes[i], &y = b.meshes[i];
-    EXPECT_EQ(x.mesh->positions, y.mesh->positions);
-    EXPECT_EQ(x.mesh->triangles, y.mesh->triangles);
-    EXPECT_EQ(x.mesh->normals, y.mesh->normals);
-    EXPECT_EQ(x.mesh->texture_coordinates, y.mesh->texture_coordinates);
+    using M = TriangleMesh;
+    expect_same(*x.mesh, *y.mesh, &M::positions, &M::triangles, &M::normals, &M::texture_coordinates);
     EXPECT_EQ(x.transform, y.transform);
     EXPECT_EQ((*a.palette)[x.block_id].name, (*b.palette)[y.block_id].name);
     EXPECT_EQ(x.checkers, y.checkers);
@@ -245,10 +241,64 @@ TEST(LoamSave, ARepairKeepsSurroundings) {
   sql(path, "UPDATE region SET hash = hash + 1 WHERE rowid = (SELECT rowid FROM region WHERE layer = 'block' LIMIT 1)");
   const auto repaired = repair_save(path);
   ASSERT_TRUE(repaired.ok()) << repaired.error().message;
-  EXPECT_EQ(repaired->version, 3);
+  EXPECT_EQ(repaired->version, kSaveVersion);
   const auto again = load(path);
   ASSERT_TRUE(again.ok()) << again.error().message;
   expect_equal_surroundings(world, *again);
+}
+
+/// A density layer over three regions, and two media that sample it.
+World foggy_world() {
+  World world = sample_world();
+  FloatLayer& density = world.store.make_layer(Layer::density);
+  for (int i = 0; i < 3000; ++i) density.set({i * 37 % 301 - 150, i * 53 % 97, i % 13}, static_cast<float>(i % 9) / 7);
+  Medium fog;
+  fog.kind = "density_grid", fog.name = "fog", fog.scattering = {1, 2, 3};
+  Medium blocky = fog;
+  blocky.name = "blocky", blocky.sampling = FieldSampling::nearest;
+  world.media = {fog, blocky};
+  EXPECT_TRUE(fill_density_grids(&density, world.media).ok());
+  return world;
+}
+
+void expect_same_fog(const World& a, const World& b) {
+  ASSERT_EQ(a.media.size(), b.media.size());
+  for (size_t i = 0; i < a.media.size(); ++i) {
+    ASSERT_TRUE(a.media[i].field && b.media[i].field);
+    for (int k = 0; k < 3000; ++k) {
+      const Vec3d p(k * 37 % 301 - 150.2, k * 53 % 97 + 0.3, k % 13);
+      ASSERT_EQ(a.media[i].field->density(p), b.media[i].field->density(p)) << k;
+    }
+  }
+}
+
+TEST(LoamSave, AMediumOverTheWorldsLayerIsSavedWithTheLayerAlone) {
+  const TemporaryFolder folder;
+  const fs::path path = folder / "a.loam";
+  World world = foggy_world();
+  EXPECT_TRUE(meta_of(world).assets.empty());
+  ASSERT_TRUE(write_world(world, path).ok());
+  const auto again = load(path);
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  expect_same_fog(world, *again);
+  // Where regions are left to a streamer the fog is there too, and a repair keeps it.
+  const auto file = SaveFile::open(path, SaveFile::Access::read);
+  const auto frame = (*file)->read_frame();
+  ASSERT_TRUE(frame.ok()) << frame.error().message;
+  EXPECT_EQ(frame->store.find_layer(Layer::density), nullptr);
+  expect_same_fog(world, *frame);
+  sql(path, "UPDATE region SET hash = hash + 1 WHERE rowid = (SELECT rowid FROM region WHERE layer = 'block' LIMIT 1)");
+  ASSERT_TRUE(repair_save(path).ok());
+  const auto repaired = load(path);
+  ASSERT_TRUE(repaired.ok()) << repaired.error().message;
+  expect_same_fog(world, *repaired);
+  // The control: a layer that changed since is another one, and the field is what was seen.
+  world.store.make_layer(Layer::density).set({0, 0, 0}, 5);
+  EXPECT_EQ(meta_of(world).assets.size(), 2u);
+  ASSERT_TRUE(write_world(world, folder / "b.loam").ok());
+  const auto changed = load(folder / "b.loam");
+  ASSERT_TRUE(changed.ok()) << changed.error().message;
+  expect_same_fog(world, *changed);
 }
 
 TEST(LoamSave, RecordsThatCannotBeAreRefused) {
@@ -268,6 +318,7 @@ TEST(LoamSave, RecordsThatCannotBeAreRefused) {
   refused("scene.luminaire.000000", "[[luminaire]]\nkind = \"gobo\"\nlight_image = [\"12\"]\n");
   refused("scene.medium.000000", "[[medium]]\nname = \"a\"\nkind = \"height_fog\"\n");
   refused("scene.medium.000000", "[[medium]]\nname = \"a\"\nkind = \"density_grid\"\n");
+  refused("scene.medium.000000", "[[medium]]\nname = \"a\"\nkind = \"density_grid\"\nlayer = \"distance\"\n");
   refused("scene.mesh.000000", "[[mesh]]\nname = \"a\"\n");
   refused("scene.camera.000000", "[[camera]]\nforward = [1, 1, 0]\n");
   refused("scene.camera.000000", "[[camera]]\nposition = [0.5, 0, 0, 0, 0, 0]\n");
@@ -280,9 +331,7 @@ TEST(LoamSave, VersionTwoIsReadAsItIsAndBecomesTheNewestWhereItIsEdited) {
   const TemporaryFolder folder;
   const fs::path path = folder / "old.loam";
   const World world = sample_world();
-  ASSERT_TRUE(write_world(world, path).ok());
-  // Version 2 was the same without assets, and without rows that would name some.
-  sql(path, "DROP TABLE asset; PRAGMA user_version=2");
+  write_older_save(world, path, 2);
   const auto before = *read_file(path);
   {
     const auto read = load(path);
@@ -303,7 +352,7 @@ TEST(LoamSave, VersionTwoIsReadAsItIsAndBecomesTheNewestWhereItIsEdited) {
   }
   const auto file = SaveFile::open(path, SaveFile::Access::read);
   ASSERT_TRUE(file.ok()) << file.error().message;
-  EXPECT_EQ((*file)->version(), 3);
+  EXPECT_EQ((*file)->version(), kSaveVersion);
   const auto read = (*file)->read_all();
   ASSERT_TRUE(read.ok()) << read.error().message;
   EXPECT_EQ(read->store.content_hash(), world.store.content_hash());

@@ -8,6 +8,7 @@
 #include "tools/bench/rivals/openvdb_rival.h"
 #include "tools/bench/rivals/sqlite_rival.h"
 #include "tools/bench/save_rows.h"
+#include "tools/bench/world_copy.h"
 #include "world/base/jobs.h"
 #include "world/base/random.h"
 #include "world/formats/format.h"
@@ -34,16 +35,6 @@ struct DenseArray {
            static_cast<size_t>(v.z - box.min.z);
   }
 };
-
-/// The whole regions that hold the valley.
-VoxelBox region_box(const world::Store& store) {
-  VoxelBox box;
-  for (const world::RegionPos& r : store.regions()) {
-    const VoxelPos corner = world::voxel_from_region(r);
-    box.include(VoxelBox{corner, corner + VoxelPos{127, 127, 127}});
-  }
-  return box;
-}
 
 std::shared_ptr<DenseArray> dense_array(BenchContext& context, const World& world) {
   return context.shared<DenseArray>("store/dense", [&] {
