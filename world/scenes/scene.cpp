@@ -10,6 +10,7 @@
 #include "world/base/text.h"
 #include "world/base/toml_reader.h"
 #include "world/gen/generator.h"
+#include "world/store/copies.h"
 #include "world/store/density_field.h"
 
 namespace world {
@@ -213,25 +214,6 @@ Result<Scene> parse_scene(std::string_view text, const std::string& name, const 
   return scene;
 }
 
-/// The world moved by whole regions.
-Store moved(const Store& from, VoxelPos offset, const BlockPalette& palette) {
-  Store to(palette);
-  StoreReader reader(from);
-  const RegionPos step = region_from_voxel(offset);
-  for (const RegionPos& r : from.regions()) {
-    RegionBuilder builder(r + step);
-    for (int i = 0; i < kLeavesPerRegion; ++i) {
-      const LeafBlocks leaf = reader.leaf(leaf_from_region(r) + leaf_offset_in_region(i));
-      if (leaf.values)
-        builder.set_leaf(i, std::span<const BlockId, kLeafVoxels>(leaf.values, kLeafVoxels));
-      else if (leaf.uniform != kAir)
-        builder.set_uniform(i, leaf.uniform);
-    }
-    to.adopt(std::move(builder));
-  }
-  return to;
-}
-
 Result<World> generated_world(const Scene& scene) {
   std::vector<std::string> names;
   for (const GeneratorInfo& info : generators()) {
@@ -258,22 +240,6 @@ Status sample_sources(const Scene& scene, World& world) {
     const Result<SamplingReport> sampled = sample_shape(world.store, *source.shape, source.placement, source.sampling,
                                                         *block, source.clip ? &*source.clip : nullptr);
     if (!sampled) return Error{sampled.error().kind, source.where + ": " + sampled.error().message};
-  }
-  return {};
-}
-
-/// Density grids without a file sample the world's density layer, whose voxels count from the medium's position.
-Status fill_density_grids(const Store& store, std::vector<Medium>& media) {
-  std::map<FieldSampling, std::shared_ptr<const DensityField>> fields;
-  for (Medium& medium : media) {
-    if (medium.kind != "density_grid" || medium.field) continue;
-    std::shared_ptr<const DensityField>& field = fields[medium.sampling];
-    if (!field) {
-      const FloatLayer* layer = store.find_layer(Layer::density);
-      if (!layer) return input_error(medium.where + ": the world has no density layer: its file holds no fog volume");
-      TRY(field, density_field(*layer, medium.sampling, medium.where));
-    }
-    medium.field = field;
   }
   return {};
 }
@@ -328,7 +294,7 @@ Result<World> build_world(const Scene& scene, ImportReport& report) {
                                   : generated_world(scene));
   if (from_sources) world.metadata["source"] = "scene " + scene.name;
   std::vector<Medium> media = scene.media;
-  TRY_STATUS(fill_density_grids(world.store, media));
+  TRY_STATUS(fill_density_grids(world.store.find_layer(Layer::density), media));
   if (scene.offset != VoxelPos{}) {
     Store shifted = moved(world.store, scene.offset, *world.palette);
     world.store = std::move(shifted);
@@ -386,7 +352,9 @@ Result<CameraPlacement> camera_of(const World& world, const std::string& name) {
   if (!name.empty() && name != "overview")
     return usage_error(fmt::format("there is no camera \"{}\"; the cameras are: {}", name,
                                    names.empty() ? "overview" : fmt::format("{}", fmt::join(names, ", "))));
-  const VoxelBox box = world.store.bounds();
+  VoxelBox box = world.store.bounds();
+  const FloatLayer* const density = world.store.find_layer(Layer::density);
+  if (box.empty() && density) box = density->bounds();
   CameraPlacement camera;
   camera.name = "overview";
   if (box.empty()) return camera;

@@ -58,6 +58,12 @@ TEST(DensityFieldOfALayer, AnImportedFogVolumeIsTheMediumOfItsScene) {
   ASSERT_NE(medium.field, nullptr);
   EXPECT_EQ(medium.field->max(), 5.71484375f);  // facts
   EXPECT_EQ(medium.position.voxel, (VoxelPos{128, 0, 0}));
+  // The layer comes along with the blocks.
+  const FloatLayer* layer = world->store.find_layer(Layer::density);
+  ASSERT_NE(layer, nullptr);
+  EXPECT_EQ(layer->active_voxels(), 1049275u);
+  EXPECT_EQ(layer->bounds().min, (VoxelPos{129, 2, 1}));
+  EXPECT_EQ(layer->get({128 + 40, 60, 50}), medium.field->density({40.5, 60.5, 50.5}));
   // All columns of voxels, each 1 m^2 of the field's own: the sum of active values that facts say, 171499.695521.
   double sum = 0;
   for (int x = 0; x < 120; ++x)
