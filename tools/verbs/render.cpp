@@ -14,18 +14,21 @@
 #include "tools/progress.h"
 #include "tools/verb.h"
 #include "world/base/jobs.h"
+#include "world/scenes/fog.h"
 
 namespace tools {
 
 namespace {
 
+constexpr const char* kUsualBackend = "raster";
 constexpr int kLapFrames = 600;
 constexpr int kMostPixelsASide = 16384;
+constexpr int kFogSamples = 16;        // of a fog volume alone: 12 s of a core at 640 x 480
 constexpr int kReferenceSamples = 64;  // where nothing says how many
 constexpr int kMostSamples = 1 << 24;  // where an error is asked for instead
 
 struct RenderOptions {
-  std::string scene, output, backend = "raster", size = "1280x720", camera, accuracy = "usual", frames;
+  std::string scene, output, backend, size = "1280x720", camera, accuracy = "usual", frames;
   std::vector<std::string> settings, environment_settings;
   std::map<std::string, std::string> knobs;  // given by their own flags
   std::vector<double> position, look_at;
@@ -120,7 +123,22 @@ class StopOnInterrupt {
   static inline std::atomic<bool> asked_{false};
 };
 
-world::Result<int> run_render(const RenderOptions& options) {
+/// The rasterizer, but where the world is a fog volume, which it cannot draw; makes such a world look like fog.
+world::Status choose_backend(RenderOptions& options, world::World& world) {
+  const bool fog = world::is_fog(world);
+  if (options.backend.empty()) options.backend = fog ? "raycast" : kUsualBackend;
+  if (!fog) return {};
+  if (options.backend != "raster") {
+    // Light from sources only would leave it black.
+    if (options.backend == "raycast") world.knobs.try_emplace("light_transport", "path");
+    if (options.backend == "raycast") world.knobs.try_emplace("spp", std::to_string(kFogSamples));
+    return world::show_fog(world);
+  }
+  std::cerr << "warning: the rasterizer draws no media: the fog is shown as solid where it is active\n";
+  return {};
+}
+
+world::Result<int> run_render(RenderOptions options) {
   int width = 0, height = 0, first = 0, last = 0;
   TRY_STATUS(parse_size(options.size, width, height));
   if (!options.frames.empty()) TRY_STATUS(parse_frames(options.frames, first, last));
@@ -128,18 +146,22 @@ world::Result<int> run_render(const RenderOptions& options) {
   if (!options.resume.empty() && !options.frames.empty())
     return world::usage_error("--resume keeps the samples of one picture; it doesn't go with --frames");
   const world::ThreadLimit limit(options.threads);
-  TRY(const std::unique_ptr<render::Backend> backend, make_backend(options.backend));
+  if (!options.backend.empty()) {
+    TRY([[maybe_unused]] const auto known, make_backend(options.backend));
+  }
   TRY(const world::Scene scene, world::load_scene(options.scene));
   // Before the work: settings that can't be should not cost a world.
   TRY_STATUS(choose_knobs(options, scene.knobs));
   world::ImportReport imported;
   Progress progress;
   progress.stage("building the world of " + scene.name);
-  TRY(const world::World world, build_picture_world(scene, imported));
+  TRY(world::World world, build_picture_world(scene, imported));
   progress.stage("");
   for (const std::string& warning : imported.warnings) std::cerr << "warning: " << warning << '\n';
   if (world.store.voxel_count() == 0 && world.meshes.empty() && world.media.empty())
     std::cerr << "warning: the world is empty: there is nothing but sky to see\n";
+  TRY_STATUS(choose_backend(options, world));
+  TRY(const std::unique_ptr<render::Backend> backend, make_backend(options.backend));
   TRY(const render::RenderKnobs knobs, choose_knobs(options, world.knobs));
   std::string camera_name;
   TRY(const render::Camera start, choose_camera(options, world, camera_name));
@@ -202,9 +224,9 @@ void add_render_verb(Command& command) {
       ->required();
   verb->add_option("-o,--output", options->output, "OUT.png or OUT.exr; with --frames, a run of # is the number")
       ->required();
-  verb->add_option("--backend", options->backend, "raster, raycast or reference")
-      ->envname("LOAM_BACKEND")
-      ->capture_default_str();
+  verb->add_option("--backend", options->backend,
+                   "raster, raycast or reference; usually raster, of a fog volume raycast")
+      ->envname("LOAM_BACKEND");
   verb->add_option("--size", options->size, "WIDTHxHEIGHT")->envname("LOAM_SIZE")->capture_default_str();
   verb->add_option("--camera", options->camera, "a camera of the scene, or overview");
   verb->add_option("--position", options->position, "camera position X Y Z in metres")->expected(3);
