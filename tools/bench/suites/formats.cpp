@@ -1,10 +1,13 @@
 /// Formats: how fast files of other programs become worlds, beside what their compression alone takes.
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include <fmt/format.h>
 #include <zlib.h>
 
 #include "tools/bench/benchmark.h"
+#include "tools/bench/format_files.h"
 #include "world/base/file.h"
 #include "world/formats/format.h"
 #include "world/formats/mca/anvil.h"
@@ -124,9 +127,91 @@ Result<Prepared> prepare_export(BenchContext& context, const char* extension, bo
   const fs::path path = scratch / (std::string("world") + extension);
   TRY_STATUS(world::write_world(*valley, path));
   const auto voxels = static_cast<double>(valley->store.voxel_count());
-  if (reading) return Prepared{.ours = {"read", [=] { return import_blocks(path, valley->store.voxel_count()); }}};
+  if (reading)
+    return Prepared{.ours = {"read", [=] { return import_blocks(path, valley->store.voxel_count()); }},
+                    .rivals = {{"reading the bytes", [=] {
+                                  const auto bytes = world::read_file(path);
+                                  keep(bytes);
+                                  return bytes.ok() ? voxels : std::nan("");
+                                }}}};
   return Prepared{.ours = {"write", [=] { return world::write_world(*valley, path) ? voxels : std::nan(""); }}};
 }
+
+/// A file that `make` gives the bytes of, beside its decompressor alone, or where it is not packed beside reading it.
+Result<Prepared> prepare_file(BenchContext& context, const std::string& name,
+                              Result<FormatFile> (*make)(BenchContext&, const fs::path&)) {
+  TRY(const fs::path scratch, context.scratch());
+  const fs::path path = scratch / name;
+  Status made;
+  const auto file = context.shared<FormatFile>("formats/" + name, [&]() -> std::shared_ptr<FormatFile> {
+    Result<FormatFile> result = make(context, path);
+    if (!result.ok()) {
+      made = result.error();
+      return std::make_shared<FormatFile>();
+    }
+    if (!result->bytes.empty()) made = world::write_bytes_atomically(path, result->bytes);
+    return std::make_shared<FormatFile>(std::move(*result));
+  });
+  TRY_STATUS(made);
+  const Contender alone =
+      file->packed.empty()
+          ? Contender{"reading the bytes",
+                      [=] {
+                        const auto bytes = world::read_file(path);
+                        keep(bytes);
+                        return bytes.ok() ? file->work : std::nan("");
+                      }}
+          : Contender{"its decompressor alone", [=] { return unpack_alone(*file) ? file->work : std::nan(""); }};
+  return Prepared{.ours = {"import",
+                           [=] {
+                             world::ImportReport report;
+                             const auto imported = world::read_world(path, {}, report);
+                             return imported.ok() && imported->store.voxel_count() > 0 ? file->work : std::nan("");
+                           }},
+                  .rivals = {alone}};
+}
+
+/// A part of the valley, from its lowest voxel on.
+Result<std::pair<const World*, world::VoxelBox>> valley_part(BenchContext& context) {
+  TRY(const World* valley, context.world("valley"));
+  const int side = context.quick() ? 64 : 256;
+  return std::pair{valley, world::VoxelBox{{0, 0, 0}, {side - 1, context.quick() ? 63 : 127, side - 1}}};
+}
+
+struct FileRow {
+  const char *file, *what, *unit;
+  Result<FormatFile> (*make)(BenchContext&, const fs::path&);
+};
+
+constexpr int kPoints = 1'000'000;
+
+const FileRow kFileRows[] = {
+    {"part.litematic", "256 x 128 x 256 of the valley from a .litematic, air too", "M voxels/s",
+     [](BenchContext& c, const fs::path&) -> Result<FormatFile> {
+       TRY(const auto part, valley_part(c));
+       return litematic_file(part.first->store, part.second);
+     }},
+    {"part.mts", "the same from a .mts", "M voxels/s",
+     [](BenchContext& c, const fs::path&) -> Result<FormatFile> {
+       TRY(const auto part, valley_part(c));
+       return mts_file(part.first->store, part.second);
+     }},
+    {"map.sqlite", "the same from Luanti's map.sqlite", "M voxels/s",
+     [](BenchContext& c, const fs::path& path) -> Result<FormatFile> {
+       TRY(const auto part, valley_part(c));
+       return write_luanti_map(part.first->store, part.second, path);
+     }},
+    {"N42E001.hgt", "1201 x 1201 heights from a .hgt", "M posts/s",
+     [](BenchContext&, const fs::path&) -> Result<FormatFile> { return hgt_file(1201); }},
+    {"wave.obj", "a surface of 512 x 512 m from an .obj, as voxels of 1 m", "M triangles/s",
+     [](BenchContext&, const fs::path&) -> Result<FormatFile> { return obj_file(513); }},
+    {"wave.ply", "the same from a binary .ply", "M triangles/s",
+     [](BenchContext&, const fs::path&) -> Result<FormatFile> { return ply_mesh_file(513); }},
+    {"points.ply", "10^6 points in 256^3 m from a binary .ply", "M points/s",
+     [](BenchContext&, const fs::path&) -> Result<FormatFile> { return ply_points_file(kPoints); }},
+    {"points.pcd", "the same from a binary .pcd", "M points/s",
+     [](BenchContext&, const fs::path&) -> Result<FormatFile> { return pcd_file(kPoints); }},
+};
 
 }  // namespace
 
@@ -164,6 +249,17 @@ void add_suite_formats(Registry& registry) {
            .prepare = [extension = extension, reading](BenchContext& context) {
              return prepare_export(context, extension, reading);
            }});
+  for (const FileRow& row : kFileRows) {
+    std::string name = row.file;
+    std::replace(name.begin(), name.end(), '.', '_');
+    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+    registry.add({.name = name + "_read",
+                  .what = row.what,
+                  .unit = row.unit,
+                  .scale = 1e6,
+                  .repetitions = 5,
+                  .prepare = [&row](BenchContext& context) { return prepare_file(context, row.file, row.make); }});
+  }
 }
 
 }  // namespace tools
