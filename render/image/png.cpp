@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <png.h>
 
+#include "world/base/png_chunks.h"
 #include "world/formats/format.h"
 
 namespace render {
@@ -174,25 +175,6 @@ Status check_keys(const std::filesystem::path& path, const PictureText& text) {
   return {};
 }
 
-/// Every chunk must lie inside the file: libpng allocates by the length that a chunk claims.
-Status check_chunks(const std::string& name, const std::vector<uint8_t>& bytes) {
-  size_t at = 8;
-  for (bool end = false; !end;) {
-    if (bytes.size() - at < 12) {
-      return input_error(fmt::format("{}: byte {}: the file ends without its IEND chunk; expected a whole PNG picture",
-                                     name, bytes.size()));
-    }
-    const uint64_t length = png_get_uint_32(bytes.data() + at);
-    if (length > bytes.size() - at - 12) {
-      return input_error(fmt::format("{}: byte {}: a chunk claims {} bytes, {} are left; expected a whole PNG picture",
-                                     name, at, length, bytes.size() - at - 12));
-    }
-    end = std::memcmp(bytes.data() + at + 4, "IEND", 4) == 0;
-    at += 12 + length;
-  }
-  return {};
-}
-
 Result<PngFile> decode(const std::string& name, const std::vector<uint8_t>& bytes) {
   const auto broken = [&](const Reader& reader) {
     return input_error(fmt::format("{}: byte {} of {}: {}; expected a whole PNG picture", name, reader.position,
@@ -202,7 +184,7 @@ Result<PngFile> decode(const std::string& name, const std::vector<uint8_t>& byte
     return input_error(
         fmt::format("{}: is not a PNG picture: expected its signature in the first 8 bytes of {}", name, bytes.size()));
   }
-  TRY_STATUS(check_chunks(name, bytes));
+  TRY_STATUS(world::check_png_chunks(bytes, name));
   Reader reader(bytes);
   if (!reader.png || !reader.info) return input_error(name + ": cannot read: libpng did not start");
   if (!read_header(reader)) return broken(reader);

@@ -9,6 +9,7 @@
 #include <zlib.h>
 
 #include "tests/fuzz/own_targets.h"
+#include "tests/world/formats/nvdb_support.h"
 #include "world/base/file.h"
 #include "world/formats/format.h"
 #include "world/formats/heights/picture.h"
@@ -133,32 +134,18 @@ std::vector<Bytes> row_seeds() {
   return {grey, rgb};
 }
 
-/// The zipped torus with its grid as it lies in memory, so that damage reaches the tree; empty where it is missing.
-const Bytes& plain_torus() {
+/// Empty where the file is missing.
+const Bytes& torus() {
   static const Bytes plain = [] {
     const std::vector<Bytes> files = shared_file("nvdb/derived_torus01_zip.nvdb", SIZE_MAX);
-    if (files.empty()) return Bytes();
-    const Bytes& zipped = files[0];
-    uint64_t size = 0, packed = 0;
-    uint32_t name = 0;
-    std::memcpy(&size, &zipped[16], 8);
-    std::memcpy(&name, &zipped[16 + 136], 4);
-    const size_t at = 16 + 176 + name;
-    std::memcpy(&packed, &zipped[at], 8);
-    Bytes out(zipped.begin(), zipped.begin() + static_cast<std::ptrdiff_t>(at));
-    out.resize(at + size);
-    uLongf got = size;
-    uncompress(&out[at], &got, &zipped[at + 8], packed);
-    std::memcpy(&out[16 + 8], &size, 8);
-    out[14] = 0, out[16 + 168] = 0;
-    return out;
+    return files.empty() ? Bytes() : plain_torus(files[0]);
   }();
   return plain;
 }
 /// Writes four bytes at each of the places that the input names by four; in a grid of 650 kB chance would hit values
 /// only.
 Bytes nvdb_with_edits(std::span<const uint8_t> edits) {
-  Bytes out = plain_torus();
+  Bytes out = torus();
   for (; edits.size() >= 8 && out.size() > 4; edits = edits.subspan(8)) {
     uint32_t at = 0;
     std::memcpy(&at, edits.data(), 4);
@@ -168,7 +155,7 @@ Bytes nvdb_with_edits(std::span<const uint8_t> edits) {
 }
 /// Edits of the grid's long name, behind its end; of the head, the root and its table where they stay as they are.
 std::vector<Bytes> edit_seeds() {
-  const Bytes& plain = plain_torus();
+  const Bytes& plain = torus();
   if (plain.empty()) return {};
   uint32_t name = 0;
   std::memcpy(&name, &plain[16 + 136], 4);

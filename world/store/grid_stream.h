@@ -3,10 +3,8 @@
 
 #include <openvdb/io/Stream.h>
 
-#include <istream>
 #include <sstream>
 
-#include "world/base/span_stream.h"
 #include "world/store/tree.h"
 
 namespace world {
@@ -46,17 +44,6 @@ inline std::string stream_bytes(const openvdb::GridBase::ConstPtr& grid, StreamC
   CHECK(bytes.size() > kUuidOffset + kUuidBytes && bytes[kUuidOffset + 8] == '-');
   bytes.replace(kUuidOffset, kUuidBytes, kNoUuid, kUuidBytes);
   return bytes;
-}
-
-/// The only grid of a stream, or null where it holds another number of grids or another type. May throw.
-template <class GridType>
-typename GridType::Ptr grid_from_bytes(std::span<const char> bytes) {
-  SpanBuffer buffer(bytes);
-  std::istream in(&buffer);
-  openvdb::io::Stream stream(in, /*delayLoad=*/false);
-  const openvdb::GridPtrVecPtr grids = stream.getGrids();
-  if (!grids || grids->size() != 1) return nullptr;
-  return openvdb::gridPtrCast<GridType>(grids->front());
 }
 
 }  // namespace world

@@ -8,9 +8,9 @@
 #include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/LevelSetSphere.h>
-#include <zlib.h>
 
 #include "tests/world/formats/formats_support.h"
+#include "tests/world/formats/nvdb_support.h"
 
 namespace world {
 namespace {
@@ -208,23 +208,6 @@ TEST(Vdb, TheWorldPlaceOfAFogVolumeComesBack) {
     EXPECT_NEAR(density.origin[a], before.grids[0].origin[a], 1e-9);
     EXPECT_NEAR(density.voxel_size[a], before.grids[0].voxel_size[a], 1e-9);
   }
-}
-
-/// The zipped torus with its grid uncompressed, so that damage reaches the tree.
-Bytes plain_torus(const Bytes& zipped) {
-  uint64_t size = 0, packed = 0;
-  uint32_t name = 0;
-  std::memcpy(&size, &zipped[16], 8);
-  std::memcpy(&name, &zipped[16 + 136], 4);
-  const size_t at = 16 + 176 + name;
-  std::memcpy(&packed, &zipped[at], 8);
-  Bytes plain(zipped.begin(), zipped.begin() + static_cast<std::ptrdiff_t>(at));
-  plain.resize(at + size);
-  uLongf got = size;
-  EXPECT_EQ(uncompress(&plain[at], &got, &zipped[at + 8], packed), Z_OK);
-  std::memcpy(&plain[16 + 8], &size, 8);
-  plain[14] = 0, plain[16 + 168] = 0;
-  return plain;
 }
 
 TEST(Nvdb, DamageIsAnErrorNeverACrash) {

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <png.h>
 
+#include "world/base/png_chunks.h"
 #include "world/formats/bytes.h"
 
 namespace world {
@@ -48,20 +49,6 @@ struct Reader {
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;
 };
-
-/// Whether each chunk ends within the file. libpng takes the memory that a chunk claims, 2 GiB at most, before it reads
-/// it; its own limit only warns.
-Status check_chunks(std::span<const uint8_t> bytes, std::string_view name) {
-  for (size_t at = 8; at + 12 <= bytes.size();) {  // length, type, content, checksum
-    const uint64_t length = uint64_t{bytes[at]} << 24 | uint64_t{bytes[at + 1]} << 16 | uint64_t{bytes[at + 2]} << 8 |
-                            uint64_t{bytes[at + 3]};
-    if (length > bytes.size() - at - 12)
-      return byte_error(name, at,
-                        fmt::format("the PNG is damaged or cut off: a chunk of {} bytes does not end", length));
-    at += 12 + static_cast<size_t>(length);
-  }
-  return {};
-}
 
 void take_bytes(png_structp png, png_bytep out, size_t count) {
   auto* reader = static_cast<Reader*>(png_get_io_ptr(png));
@@ -135,7 +122,7 @@ bool write_all(Writer& writer, const HeightPicture& picture, png_text* texts, in
 }  // namespace
 
 Result<HeightPicture> read_height_png(std::span<const uint8_t> bytes, std::string_view name) {
-  TRY_STATUS(check_chunks(bytes, name));
+  TRY_STATUS(check_png_chunks(bytes, name));
   Reader reader(bytes);
   if (!reader.png || !reader.info) return input_error(fmt::format("{}: no memory for libpng", name));
   const auto failed = [&] {
