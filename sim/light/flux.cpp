@@ -55,8 +55,9 @@ struct Flux::State {
   FluxGrid grid;
   world::Environment environment;
   AlignedFloats exitance, albedo;  // [surfaces][4]
-  AlignedFloats direct;            // the same, or empty
-  // [surfaces][4]: u of the head, what arrived last, what leaves.
+  AlignedFloats swept;             // of exitance, what leaves along ordinates
+  AlignedFloats apart, direct;     // what arrives by rays, the same or empty: what pictures draw themselves; both kinds
+  // [surfaces][4]: u of the head, what arrived last beside `direct`, what leaves.
   AlignedFloats scattered, arrived, leaving;
   bool solved = false, changed = true;
   FluxKnobs last;
@@ -80,6 +81,7 @@ Flux::Flux(const world::Store& store, const world::VoxelBox& box, const world::E
       for (int b = 0; b < 3; ++b) s.exitance[4 * i + b] = exitance[b], s.albedo[4 * i + b] = albedo[b];
     }
   });
+  s.swept = s.exitance;
 }
 
 Flux::~Flux() = default;
@@ -88,14 +90,25 @@ Flux& Flux::operator=(Flux&&) noexcept = default;
 
 const FluxGrid& Flux::grid() const { return state_->grid; }
 
-void Flux::set_direct(std::vector<world::Irradiance3> direct) {
+void Flux::set_direct(const std::vector<world::Irradiance3>& apart, const LampLight& lamps) {
   State& s = *state_;
-  CHECK(direct.empty() || direct.size() == s.grid.surfaces.size());
-  AlignedFloats now(4 * direct.size(), 0.0f);
-  for (size_t i = 0; i < direct.size(); ++i)
-    now[4 * i] = direct[i].r, now[4 * i + 1] = direct[i].g, now[4 * i + 2] = direct[i].b;
-  s.changed |= now != s.direct;
-  s.direct = std::move(now);
+  const size_t n = s.grid.surfaces.size();
+  CHECK(apart.empty() || apart.size() == n);
+  CHECK(lamps.irradiance.empty() || lamps.irradiance.size() == n);
+  AlignedFloats drawn, all;
+  const auto add = [n](AlignedFloats& to, const std::vector<world::Irradiance3>& what) {
+    if (what.empty()) return;
+    to.resize(4 * n, 0.0f);
+    for (size_t i = 0; i < n; ++i) to[4 * i] += what[i].r, to[4 * i + 1] += what[i].g, to[4 * i + 2] += what[i].b;
+  };
+  add(drawn, apart);
+  add(all, apart), add(all, lamps.irradiance);
+  s.changed |= drawn != s.apart || all != s.direct;
+  s.apart = std::move(drawn), s.direct = std::move(all);
+  // What lamps send by rays doesn't travel along ordinates too.
+  s.swept = s.exitance;
+  for (const uint32_t i : lamps.glowing)
+    for (int b = 0; b < 3; ++b) s.swept[size_t{4} * i + b] = 0;
 }
 
 void Flux::continue_from(const Flux& other) {
@@ -137,7 +150,7 @@ world::Result<FluxReport> Flux::solve(const FluxKnobs& knobs) {
   };
 
   // Let exitance, sky and media light the surfaces for the first time.
-  for_all(n, [&](size_t i) { radiance[i] = s.exitance[i] * per_exitance; });
+  for_all(n, [&](size_t i) { radiance[i] = s.swept[i] * per_exitance; });
   sweep.run(radiance.data(), first.data(), true);
   ++report.sweeps;
   if (!s.direct.empty()) for_all(n, [&](size_t i) { first[i] += s.direct[i]; });
@@ -150,14 +163,17 @@ world::Result<FluxReport> Flux::solve(const FluxKnobs& knobs) {
     apply(u, answer);
     for_all(n, [&](size_t i) { residual[i] = root[i] * first[i] - answer[i]; });
   }
+  // The mean over lit surfaces of |M + rho E - B| / B: dark caves count as much as the bright land above them.
   const auto left_over = [&] {
-    const Bands left = sum_of(n, [&](size_t i) { return double(root[i]) * std::abs(residual[i]); });
-    const Bands all = sum_of(n, [&](size_t i) {
-      return double(s.exitance[i]) + std::abs(double(root[i]) * u[i] + double(root[i]) * residual[i]);
-    });
+    const auto of_surface = [&](size_t i) {
+      const double left = double(root[i]) * residual[i], all = double(s.exitance[i]) + double(root[i]) * u[i] + left;
+      return all > 0 ? std::min(std::abs(left) / all, 1.0) : 0.0;
+    };
+    const Bands left = sum_of(n, of_surface);
+    const Bands lit = sum_of(n, [&](size_t i) { return of_surface(i) > 0 || u[i] > 0 ? 1.0 : 0.0; });
     double worst = 0;
     for (int b = 0; b < 3; ++b)
-      if (left.of[b] > 0) worst = std::max(worst, left.of[b] / all.of[b]);
+      if (lit.of[b] > 0) worst = std::max(worst, left.of[b] / lit.of[b]);
     return worst;
   };
   direction = residual;
@@ -187,17 +203,17 @@ world::Result<FluxReport> Flux::solve(const FluxKnobs& knobs) {
   // Send everything once more, and keep the books.
   for_all(n, [&](size_t i) {
     s.leaving[i] = s.exitance[i] + root[i] * u[i];
-    radiance[i] = s.leaving[i] * per_exitance;
+    radiance[i] = (s.swept[i] + root[i] * u[i]) * per_exitance;
   });
   FluxTotals totals;
   sweep.run(radiance.data(), s.arrived.data(), true, &totals);
   ++report.sweeps;
-  if (!s.direct.empty()) for_all(n, [&](size_t i) { s.arrived[i] += s.direct[i]; });
   const Bands emitted =
-      sum_of(n, [&](size_t i) { return double(s.exitance[i]) + (s.direct.empty() ? 0.0 : s.direct[i]); });
-  const Bands absorbed = sum_of(n, [&](size_t i) { return (1 - double(s.albedo[i])) * s.arrived[i]; });
+      sum_of(n, [&](size_t i) { return double(s.swept[i]) + (s.direct.empty() ? 0.0 : s.direct[i]); });
+  const auto all_of = [&](size_t i) { return double(s.arrived[i]) + (s.direct.empty() ? 0.0 : double(s.direct[i])); };
+  const Bands absorbed = sum_of(n, [&](size_t i) { return (1 - double(s.albedo[i])) * all_of(i); });
   const Bands stored =
-      sum_of(n, [&](size_t i) { return double(s.exitance[i]) + double(s.albedo[i]) * s.arrived[i] - s.leaving[i]; });
+      sum_of(n, [&](size_t i) { return double(s.exitance[i]) + double(s.albedo[i]) * all_of(i) - s.leaving[i]; });
   for (int b = 0; b < 3; ++b) {
     report.books.emitted[b] = emitted.of[b] + totals.sky[b] + s.grid.medium_emission[b];
     report.books.absorbed[b] = absorbed.of[b] + totals.absorbed[b];
@@ -210,13 +226,43 @@ world::Result<FluxReport> Flux::solve(const FluxKnobs& knobs) {
 }
 
 world::Irradiance3 Flux::irradiance(uint32_t surface) const {
-  const float* e = state_->arrived.data() + size_t{4} * surface;
-  return {e[0], e[1], e[2]};
+  const State& s = *state_;
+  const float* e = s.arrived.data() + size_t{4} * surface;
+  if (s.direct.empty()) return {e[0], e[1], e[2]};
+  const float* d = s.direct.data() + size_t{4} * surface;
+  return {e[0] + d[0], e[1] + d[1], e[2] + d[2]};
 }
 
 world::Irradiance3 Flux::radiosity(uint32_t surface) const {
   const float* e = state_->leaving.data() + size_t{4} * surface;
   return {e[0], e[1], e[2]};
+}
+
+world::SurfaceIrradiance Flux::surface_irradiance() const {
+  const State& s = *state_;
+  world::SurfaceIrradiance out;
+  out.low = s.grid.low;
+  for (size_t a = 0; a < 3; ++a) out.size[a] = s.grid.size[a];
+  out.leaves.resize(s.grid.leaves.size());
+  world::parallel_ranges(out.leaves.size(), 256, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i)
+      for (size_t face = 0; face < world::kFaces; ++face) {
+        out.leaves[i].wall[face] = s.grid.leaves[i].wall[face];
+        std::copy_n(s.grid.leaves[i].first[face], 8, out.leaves[i].first[face].begin());
+      }
+  });
+  out.values.resize(s.grid.surfaces.size());
+  world::parallel_ranges(out.values.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      float e[3];
+      for (size_t b = 0; b < 3; ++b) {
+        e[b] = s.arrived[4 * i + b];
+        if (!s.direct.empty()) e[b] += s.direct[4 * i + b] - (s.apart.empty() ? 0.0f : s.apart[4 * i + b]);
+      }
+      out.values[i] = {e[0], e[1], e[2]};
+    }
+  });
+  return out;
 }
 
 }  // namespace sim

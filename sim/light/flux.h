@@ -19,14 +19,17 @@
 #include <vector>
 
 #include "sim/light/flux_grid.h"
+#include "sim/light/lamps.h"
 #include "world/base/errors.h"
+#include "world/store/surface_irradiance.h"
 #include "world/units/quantity.h"
 
 namespace sim {
 
 struct FluxKnobs {
-  int directions = 32;     // see ordinates.h
-  float residual = 0.01f;  // > 0; sum |M + rho E - B| / sum B at which iteration ends, in the worst band
+  int directions = 32;  // see ordinates.h
+  float residual =
+      0.01f;  // > 0; mean of |M + rho E - B| / B over lit surfaces at which iteration ends, in the worst band
   int most_sweeps = 1000;
 };
 
@@ -53,8 +56,9 @@ class Flux {
   Flux& operator=(Flux&&) noexcept;
 
   const FluxGrid& grid() const;
-  /// Light that reaches surfaces straight from luminaires and the sun, W/m^2, by number of surface; empty: none.
-  void set_direct(std::vector<world::Irradiance3> direct);
+  /// Light that reaches surfaces straight, by rays: `apart` from what pictures draw themselves, sharply (the sun),
+  /// W/m^2 by number of surface, or empty; and from lamps, whose glow then leaves by rays alone.
+  void set_direct(const std::vector<world::Irradiance3>& apart, const LampLight& lamps);
   /// Starts the next solve from what `other` found on the surfaces that both have.
   void continue_from(const Flux& other);
 
@@ -64,6 +68,8 @@ class Flux {
   /// W/m^2 by number of surface: all that arrives, and all that leaves.
   world::Irradiance3 irradiance(uint32_t surface) const;
   world::Irradiance3 radiosity(uint32_t surface) const;
+  /// What arrives, but for what is apart, as render/ reads it.
+  world::SurfaceIrradiance surface_irradiance() const;
 
  private:
   struct State;

@@ -1,7 +1,9 @@
 #include "sim/light/flux_sweep.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <type_traits>
 
 #include "world/base/jobs.h"
 #include "world/scenes/sky.h"
@@ -109,6 +111,48 @@ HWY_INLINE void pass_open(FluxSweep::Octant& o, const Row& row, int from) {
   for (int v = 0; v < V; ++v) hn::Store(radiance[v], d, row.at_z + from + v * kLanes);
 }
 
+/// Two rows through which light passes unhindered, `second` beyond `first` and a voxel behind it, so that twice as many
+/// sums are under way: a third faster than one after the other.
+template <int V>
+HWY_INLINE void pass_two_open(FluxSweep::Octant& o, const Row& first, const Row& second, int from) {
+  const Floats d;
+  const float *share_x = o.share[0].data() + from, *share_y = o.share[1].data() + from,
+              *share_z = o.share[2].data() + from;
+  F one[V], two[V], beside[V];  // beside: of the first row, where the second one is
+  for (int v = 0; v < V; ++v) {
+    one[v] = hn::Load(d, first.at_z + from + v * kLanes);
+    two[v] = hn::Load(d, second.at_z + from + v * kLanes);
+    beside[v] = one[v];
+  }
+  const int step = o.negative(2) ? -o.floats : o.floats;
+  int at = (o.negative(2) ? 7 * o.floats : 0) + from;
+  const auto pass = [&](F& radiance, const float* at_x, F from_y, int v, float* to) HWY_ATTR {
+    const F across = hn::Add(hn::Mul(hn::Load(d, share_x + v * kLanes), hn::Load(d, at_x)),
+                             hn::Mul(hn::Load(d, share_y + v * kLanes), from_y));
+    radiance = hn::Add(across, hn::Mul(hn::Load(d, share_z + v * kLanes), radiance));
+    hn::Store(radiance, d, to);
+  };
+  for (int v = 0; v < V; ++v) {
+    float* const here = first.at_x + at + v * kLanes;
+    pass(one[v], here, hn::Load(d, first.at_y + at + v * kLanes), v, here);
+  }
+  for (int k = 1; k < 8; ++k) {
+    for (int v = 0; v < V; ++v) beside[v] = one[v];
+    for (int v = 0; v < V; ++v) {
+      const int i = at + v * kLanes;
+      pass(one[v], first.at_x + i + step, hn::Load(d, first.at_y + i + step), v, first.at_x + i + step);
+      pass(two[v], second.at_x + i, beside[v], v, second.at_x + i);
+    }
+    at += step;
+  }
+  for (int v = 0; v < V; ++v) {
+    float* const here = second.at_x + at + v * kLanes;
+    pass(two[v], here, one[v], v, here);
+    hn::Store(one[v], d, first.at_z + from + v * kLanes);
+    hn::Store(two[v], d, second.at_z + from + v * kLanes);
+  }
+}
+
 HWY_INLINE uint32_t surface_at(const FluxLeaf& leaf, int face, int x, int bit) {
   return leaf.first[face][x] + static_cast<uint32_t>(hwy::PopCount(leaf.wall[face].word[x] & ((1ull << bit) - 1)));
 }
@@ -173,14 +217,24 @@ HWY_INLINE void pass_busy(FluxSweep::Octant& o, const Row& row, int from) {
   for (int v = 0; v < V; ++v) hn::Store(radiance[v], d, row.at_z + from + v * kLanes);
 }
 
-/// Two directions for each step of `Pairs`.
-template <int Pairs>
-HWY_INLINE void pass_row(FluxSweep::Octant& o, const Row& row, int from, bool open) {
-  constexpr int kVectors = Pairs * 8 / kLanes;
-  if (open) {
-    pass_open<kVectors>(o, row, from);
-  } else {
-    pass_busy<kVectors>(o, row, from);
+/// Calls pass(vectors, from) for each chunk of the octant's directions; vectors() is a constant.
+template <class Pass>
+HWY_INLINE void for_chunks(const FluxSweep::Octant& o, Pass pass) {
+  for (int from = 0; from < o.floats; from += kChunkFloats) {
+    switch (std::min(kChunkFloats, o.floats - from) / 8) {
+      case 1:
+        pass(std::integral_constant<int, 8 / kLanes>(), from);
+        break;
+      case 2:
+        pass(std::integral_constant<int, 16 / kLanes>(), from);
+        break;
+      case 3:
+        pass(std::integral_constant<int, 24 / kLanes>(), from);
+        break;
+      default:
+        pass(std::integral_constant<int, 32 / kLanes>(), from);
+        break;
+    }
   }
 }
 
@@ -200,7 +254,7 @@ void pass_leaf(FluxSweep::Octant& o, const FluxGrid& grid, const int (&at)[3], c
   for (int i = 0; i < 8; ++i) {
     const int x = o.negative(0) ? 7 - i : i;
     float* const side_y = o.along_y.data() + x * row_floats + in_row;
-    for (int j = 0; j < 8; ++j) {
+    const auto row_of = [&](int j) {
       const int y = o.negative(1) ? 7 - j : j;
       Row row;
       row.leaf = &leaf, row.grid = &grid, row.radiance = radiance, row.irradiance = irradiance;
@@ -208,36 +262,36 @@ void pass_leaf(FluxSweep::Octant& o, const FluxGrid& grid, const int (&at)[3], c
       row.at_y = j == 0 ? side_y : o.negative(1) ? row.at_x + row_floats : row.at_x - row_floats;
       row.at_z = o.along_z.data() + static_cast<size_t>(x * 8 + y) * o.floats;
       row.x = x, row.y = y, row.sources = sources, row.count = count;
-      const uint64_t clear = leaf.clear.word[x] >> (8 * y) & 0xff, busy = leaf.busy.word[x] >> (8 * y) & 0xff;
-      if (clear) {
-        const bool open = clear == 0xff && busy == 0;
-        for (int from = 0; from < o.floats; from += kChunkFloats) {
-          switch (std::min(kChunkFloats, o.floats - from) / 8) {
-            case 1:
-              pass_row<1>(o, row, from, open);
-              break;
-            case 2:
-              pass_row<2>(o, row, from, open);
-              break;
-            case 3:
-              pass_row<3>(o, row, from, open);
-              break;
-            default:
-              pass_row<4>(o, row, from, open);
-              break;
-          }
-        }
+      return row;
+    };
+    const auto bits = [&](const world::LeafMask& mask, const Row& row) { return mask.word[x] >> (8 * row.y) & 0xff; };
+    const auto is_open = [&](const Row& row) { return bits(leaf.clear, row) == 0xff && bits(leaf.busy, row) == 0; };
+    for (int j = 0; j < 8; ++j) {
+      const Row row = row_of(j);
+      if (bits(leaf.clear, row) == 0) continue;
+      if (!is_open(row)) {
+        for_chunks(o, [&](auto vectors, int from) HWY_ATTR { pass_busy<vectors()>(o, row, from); });
+        continue;
       }
-      if (j == 7) std::copy_n(row.at_x, 8 * o.floats, side_y);
-      if (!count || !clear) continue;
-      for (int z = 0; z < 8; ++z) {
-        const int bit = y * 8 + z;
-        if (!(leaf.clear.word[x] >> bit & 1)) continue;
+      const Row next = j < 7 ? row_of(j + 1) : row;
+      if (j == 7 || !is_open(next)) {
+        for_chunks(o, [&](auto vectors, int from) HWY_ATTR { pass_open<vectors()>(o, row, from); });
+        continue;
+      }
+      for_chunks(o, [&](auto vectors, int from) HWY_ATTR { pass_two_open<vectors()>(o, row, next, from); });
+      ++j;
+    }
+    std::copy_n(row_of(7).at_x, 8 * o.floats, side_y);
+    if (!count) continue;
+    // Power that leaves the box: what the last voxels of a side hold now goes through their faces ahead.
+    for (int j = 0; j < 8; ++j) {
+      const Row row = row_of(j);
+      for (uint64_t left = bits(leaf.clear, row); left; left &= left - 1) {
+        const int z = std::countr_zero(left), bit = row.y * 8 + z;
         const bool end[3] = {last[0] && i == 7, last[1] && j == 7, last[2] && z == (o.negative(2) ? 0 : 7)};
-        for (int a = 0; a < 3; ++a) {
-          if (!end[a] || leaf.wall[2 * a + (o.negative(a) ? 0 : 1)].word[x] >> bit & 1) continue;
-          leave(o, row.at_x + static_cast<size_t>(z) * o.floats, a);
-        }
+        for (int a = 0; a < 3; ++a)
+          if (end[a] && !(leaf.wall[2 * a + (o.negative(a) ? 0 : 1)].word[x] >> bit & 1))
+            leave(o, row.at_x + static_cast<size_t>(z) * o.floats, a);
       }
     }
   }

@@ -16,9 +16,7 @@
 
 namespace sim {
 
-constexpr double kLevelRatio = 0.8;
-/// W in one band at and above which a voxel gives level 15: the lamps of world/blocks/lamp.toml give 2500 to 4600.
-constexpr double kFullLampWatts = 3000;
+using world::kFullLampWatts, world::kLevelRatio;
 
 /// One block in one band.
 struct BlockOptics {
