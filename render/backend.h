@@ -14,6 +14,8 @@
 #include "render/image/image.h"
 #include "render/knobs.h"
 #include "world/base/errors.h"
+#include "world/store/light_volume.h"
+#include "world/store/surface_irradiance.h"
 #include "world/world.h"
 
 namespace render {
@@ -59,12 +61,20 @@ struct Sampling {
   const std::atomic<bool>* stop = nullptr;  // set: ends after the samples at hand, and writes the film
 };
 
+/// Light that a simulation keeps for the world of a picture, and owns; what knobs.light_model asks for must be there.
+struct WorldLight {
+  const world::LightVolume* levels = nullptr;            // flood4, flood_rgb
+  const world::SurfaceIrradiance* irradiance = nullptr;  // flux
+  uint64_t version = 0;                                  // rises with each change
+};
+
 /// A backend keeps what it derived from a world between pictures (extracted faces, pipelines) and follows the store's
 /// changes; it belongs to one thread.
 class Backend {
  public:
   virtual ~Backend() = default;
   Sampling sampling;  // read by backends that take samples
+  WorldLight light;   // read by raster, and by raycast where it takes one ray a pixel
   virtual world::Result<Frame> render(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs,
                                       int width, int height) = 0;
 };

@@ -5,17 +5,21 @@
 #include <string_view>
 
 #include "world/base/knobs.h"
+#include "world/store/light_volume.h"
 
 namespace render {
 
-enum class SunShadow { none, ray };
+enum class SunShadow { none, sky_light, ray };
+enum class LightInterpolation { face, vertex, linear };  // in the order of shared::kLight...
+using world::LightModel;
 enum class FaceEdges { hardware, exact };
 enum class ContourShape { off, planes, field };  // in the order of world::ContourShape
 enum class LightTransport { direct, ambient_occlusion, whitted, path, photons };
 enum class SampleSequence { random, sobol };
 enum class DensityTracking { delta, exact };
 enum class GlossLobe { exact, published, fresnel };  // in the order of shared::kGloss...
-constexpr auto knob_choices(SunShadow) { return std::array<std::string_view, 2>{"none", "ray"}; }
+constexpr auto knob_choices(SunShadow) { return std::array<std::string_view, 3>{"none", "sky_light", "ray"}; }
+constexpr auto knob_choices(LightInterpolation) { return std::array<std::string_view, 3>{"face", "vertex", "linear"}; }
 constexpr auto knob_choices(FaceEdges) { return std::array<std::string_view, 2>{"hardware", "exact"}; }
 constexpr auto knob_choices(LightTransport) {
   return std::array<std::string_view, 5>{"direct", "ambient_occlusion", "whitted", "path", "photons"};

@@ -9,11 +9,6 @@ namespace {
 constexpr float kPi = 3.14159265358979f;
 }
 
-Rgb sky_radiance(const world::Environment& e, double cosine) {
-  if (cosine < 0) return e.sky_ground;
-  return e.sky_horizon + (e.sky_zenith - e.sky_horizon) * static_cast<float>(cosine);
-}
-
 world::Irradiance3 sky_irradiance(const world::Environment& e, int face) {
   // With L = h + (z - h) cos over the upper hemisphere and g below, integrate L (n . w) dw:
   //   up:   pi h + 2 pi/3 (z - h);    side: pi/2 h + 2/3 (z - h) + pi/2 g;    down: pi g.

@@ -11,6 +11,7 @@
 #include "render/image/image.h"
 #include "world/blocks/block.h"
 #include "world/scenes/environment.h"
+#include "world/scenes/sky.h"
 #include "world/space/coords.h"
 
 namespace render {
@@ -28,8 +29,11 @@ struct Shading {
   Shading(const world::Environment& environment, const world::BlockPalette& palette);
 
   Rgb face_radiance(world::BlockId block, int face, bool sun_visible) const {
+    return face_radiance(block, face, sun_visible, sky_lit[face]);
+  }
+  /// `lit`: radiance of an albedo of 1 there without the sun.
+  Rgb face_radiance(world::BlockId block, int face, bool sun_visible, Rgb lit) const {
     const Material& m = materials[block];
-    Rgb lit = sky_lit[face];
     if (sun_visible) lit = lit + sun_lit[face];
     return {m.albedo[0] * lit.r + m.emitted[0], m.albedo[1] * lit.g + m.emitted[1], m.albedo[2] * lit.b + m.emitted[2]};
   }
@@ -39,8 +43,6 @@ struct Shading {
 Rgb normal_radiance(const Shading& shading, const world::Environment& environment, world::BlockId block,
                     const world::Vec3d& normal, bool sun_visible);
 
-/// Radiance of the sky along a direction whose y component over its length is `cosine`.
-Rgb sky_radiance(const world::Environment& environment, double cosine);
 /// Irradiance of the whole sky and ground on a face of the voxel grid, closed form.
 world::Irradiance3 sky_irradiance(const world::Environment& environment, int face);
 /// The same on a surface with any unit normal.

@@ -53,6 +53,8 @@ const std::vector<Module>& modules() {
     picture.push_back("render/");
     for (std::string_view prefix : {"render/extract/", "render/effects/"}) t.push_back({prefix, picture});
     picture.insert(picture.end(), {"render/extract/", "render/effects/"});
+    t.push_back({"render/light/", picture});  // light on visible faces, for all backends
+    picture.push_back("render/light/");
     t.push_back({"render/export/", picture});  // surfaces for other programs; no backend sees it
     t.push_back({"render/trace/", picture});   // what both ray backends share
     picture.push_back("render/trace/");

@@ -53,3 +53,34 @@ reference furnace 240x135 64
 reference fog_volumes 480x270 128
 reference gobo 480x270 256
 size=480x270 picture caustics caustics --backend raycast --set light_transport=photons --spp 64
+
+# The ladder of light models: one cave, a picture a rung, with its time and its error against the path tracer below it.
+light_ladder() {
+  local folder rung names="" pictures="" facts="" text
+  folder=$(mktemp -d)
+  local reference=(render cave --backend reference --spp 256 --size 480x270 --resume "$folder/film")
+  "$loam" "${reference[@]}" -o "$folder/reference.exr" --json >"$folder/reference.json"
+  "$loam" "${reference[@]}" -o "$gallery/cave-reference.png" | head -n 1
+  for rung in none flood4 flood_rgb flux reference; do
+    if [[ $rung == reference ]]; then
+      text=$(sed -n 's/.*"ms":\([0-9]*\)[^,]*,"passes".*/\1 ms, 256 samples a pixel/p' "$folder/reference.json")
+    else
+      local drawn=(render cave --backend raycast --set "light_model=$rung" --size 480x270)
+      "$loam" "${drawn[@]}" -o "$gallery/cave-$rung.png" | head -n 1
+      "$loam" "${drawn[@]}" -o "$folder/$rung.exr" --json >"$folder/$rung.json"
+      text=$(sed -n 's/.*"light":{[^}]*"ms":\([0-9]*\.\?[0-9]\?\).*/\1 ms, /p' "$folder/$rung.json")
+      text+=$("$loam" diff "$folder/$rung.exr" "$folder/reference.exr" --json | sed -n 's/.*"flip":\(0\.[0-9]\{4\}\).*/FLIP \1/p')
+    fi
+    names+="| $rung " pictures+="| ![$rung](cave-$rung.png) " facts+="| $text "
+  done
+  rm -r "$folder"
+  {
+    echo "# One cave under five models of light"
+    echo
+    echo "A lamp in the hall, coloured lamps behind a bend, a shaft to the sky. Below each picture: the time of all its"
+    echo "light from nothing, and its mean FLIP against the path tracer. Made by tools/gallery.sh on $(nproc) cores."
+    echo
+    printf '%s|\n' "$names" "|---|---|---|---|---" "$pictures" "$facts"
+  } >"$gallery/light.md"
+}
+light_ladder

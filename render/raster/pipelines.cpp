@@ -27,18 +27,29 @@ VkDescriptorType binding_type(uint32_t binding) {
   return VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
 }
 
-/// One boolean specialisation constant.
+/// Specialisation constants, each of 32 bits.
+struct Constant {
+  uint32_t id, value;
+};
+template <size_t N>
 struct Specialisation {
-  VkBool32 value;
-  VkSpecializationMapEntry entry;
+  std::array<uint32_t, N> values;
+  std::array<VkSpecializationMapEntry, N> entries;
   VkSpecializationInfo info;
 
-  Specialisation(uint32_t id, bool on) : value(on), entry{id, 0, sizeof value}, info{1, &entry, sizeof value, &value} {}
+  explicit Specialisation(const std::array<Constant, N>& constants) {
+    for (size_t i = 0; i < N; ++i) {
+      values[i] = constants[i].value;
+      entries[i] = {constants[i].id, static_cast<uint32_t>(i * sizeof(uint32_t)), sizeof(uint32_t)};
+    }
+    info = {N, entries.data(), sizeof values, values.data()};
+  }
   Specialisation(const Specialisation&) = delete;
 };
 
+template <size_t N>
 VkPipelineShaderStageCreateInfo stage(VkShaderStageFlagBits which, VkShaderModule module,
-                                      const Specialisation& special) {
+                                      const Specialisation<N>& special) {
   auto info = gpu::vk_info<VkPipelineShaderStageCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO);
   info.stage = which;
   info.module = module;
@@ -71,8 +82,8 @@ world::Status Pipelines::open(gpu::Device& device) {
   VkPipelineLayout layout_handle = VK_NULL_HANDLE;
   VK_CHECK(vkCreatePipelineLayout(device.handle(), &layout, nullptr, &layout_handle));
   layout_ = gpu::Owned<VkPipelineLayout>(device, layout_handle);
-  TRY(depth_tiles_, compute(depth_tiles_comp_spv, false));
-  TRY(occlusion_, compute(occlusion_comp_spv, false));
+  TRY(depth_tiles_, compute(depth_tiles_comp_spv, {}));
+  TRY(occlusion_, compute(occlusion_comp_spv, {}));
   return {};
 }
 
@@ -80,7 +91,7 @@ world::Result<VkPipeline> Pipelines::faces(FaceEdges edges) {
   if (const auto found = faces_.find(edges); found != faces_.end()) return VkPipeline{found->second};
   TRY(const auto vertex, make_module(*device_, faces_vert_spv));
   TRY(const auto fragment, make_module(*device_, faces_frag_spv));
-  const Specialisation special(kSpecExactEdges, edges == FaceEdges::exact);
+  const Specialisation<1> special(std::array{Constant{kSpecExactEdges, edges == FaceEdges::exact}});
   const VkPipelineShaderStageCreateInfo stages[] = {stage(VK_SHADER_STAGE_VERTEX_BIT, vertex, special),
                                                     stage(VK_SHADER_STAGE_FRAGMENT_BIT, fragment, special)};
   const auto vertices =
@@ -136,9 +147,12 @@ world::Result<VkPipeline> Pipelines::faces(FaceEdges edges) {
   return pipeline;
 }
 
-world::Result<gpu::Owned<VkPipeline>> Pipelines::compute(std::span<const uint32_t> code, bool sun_shadow) {
+world::Result<gpu::Owned<VkPipeline>> Pipelines::compute(std::span<const uint32_t> code, const ShadeVariant& variant) {
   TRY(const auto module, make_module(*device_, code));
-  const Specialisation special(kSpecSunShadow, sun_shadow);
+  const Specialisation<4> special(std::array{Constant{kSpecSunShadow, static_cast<uint32_t>(variant.sun_shadow)},
+                                             Constant{kSpecLight, static_cast<uint32_t>(variant.light)},
+                                             Constant{kSpecInterpolation, static_cast<uint32_t>(variant.interpolation)},
+                                             Constant{kSpecCornerOcclusion, variant.corner_occlusion}});
   auto info = gpu::vk_info<VkComputePipelineCreateInfo>(VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO);
   info.stage = stage(VK_SHADER_STAGE_COMPUTE_BIT, module, special);
   info.layout = layout_;
@@ -147,10 +161,10 @@ world::Result<gpu::Owned<VkPipeline>> Pipelines::compute(std::span<const uint32_
   return gpu::Owned<VkPipeline>(*device_, pipeline);
 }
 
-world::Result<VkPipeline> Pipelines::shade(SunShadow shadow) {
-  if (const auto found = shade_.find(shadow); found != shade_.end()) return VkPipeline{found->second};
-  TRY(shade_[shadow], compute(shade_comp_spv, shadow == SunShadow::ray));
-  return VkPipeline{shade_[shadow]};
+world::Result<VkPipeline> Pipelines::shade(const ShadeVariant& variant) {
+  if (const auto found = shade_.find(variant); found != shade_.end()) return VkPipeline{found->second};
+  TRY(shade_[variant], compute(shade_comp_spv, variant));
+  return VkPipeline{shade_[variant]};
 }
 
 }  // namespace render::raster

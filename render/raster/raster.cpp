@@ -78,11 +78,15 @@ class Raster : public RasterBackend {
                                       int width, int height) {
     const auto start = Clock::now();
     if (!rasterizer_) TRY_STATUS(open());
+    TRY_STATUS(check_light(light, knobs));
     const std::vector<world::LeafPos> dirty = follow(view, camera, knobs);
     const double extract_ms = ms_since(start);
     const auto upload_start = Clock::now();
     TRY(uint64_t bytes, rasterizer_->set_faces(extractor_.chunks()));
-    if (knobs.sun_shadow == SunShadow::ray) {
+    light_.follow(view, light, knobs.light_model);
+    TRY(const uint64_t light_bytes, rasterizer_->light_grid().follow(rasterizer_->device(), light_));
+    bytes += light_bytes;
+    if (knobs.sun_shadow == SunShadow::ray || knobs.corner_occlusion) {
       TRY(const uint64_t more, send_shadow_grid(view, dirty));
       bytes += more;
     } else if (!dirty.empty()) {
@@ -91,7 +95,7 @@ class Raster : public RasterBackend {
     const double upload_ms = ms_since(upload_start);
     const Shading shading(view.environment(), view.palette());
     const double near = near_plane(view, camera, PixelRays(camera, width, height));
-    TRY(Frame frame, rasterizer_->draw(camera, view.environment(), shading, knobs, near, width, height));
+    TRY(Frame frame, rasterizer_->draw(camera, view.environment(), shading, light_.kind(), knobs, near, width, height));
     frame.report.passes.insert(frame.report.passes.begin(),
                                {{"extract", extract_ms, 0, 0}, {"upload", upload_ms, 0, bytes}});
     frame.report.ms = ms_since(start);
@@ -135,6 +139,7 @@ class Raster : public RasterBackend {
   std::unique_ptr<raster::Rasterizer> rasterizer_;
   std::vector<std::string> earlier_messages_;  // of devices that were lost
   Extractor extractor_;
+  SurfaceLight light_;
   uint64_t store_ = 0;         // identity of the world that was extracted
   uint64_t shadow_store_ = 0;  // and of the one whose shadow grid is on the device; 0: none, or behind
   int subscriber_ = 0;

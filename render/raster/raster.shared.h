@@ -3,17 +3,11 @@
 #ifndef LOAM_RENDER_RASTER_RASTER_SHARED_H
 #define LOAM_RENDER_RASTER_RASTER_SHARED_H
 
+#include "world/base/shared.h"
+
 #ifdef __cplusplus
-#include <cstdint>
-#include <glm/ext/vector_int4.hpp>
-#include <glm/vec4.hpp>
 namespace render::raster {
-using uint = uint32_t;
-using vec4 = glm::vec4;
-using ivec4 = glm::ivec4;
-#define SHARED_CONST constexpr
-#else
-#define SHARED_CONST const
+using glsl::ivec4, glsl::uint, glsl::vec4;
 #endif
 
 SHARED_CONST uint kBindPicture = 0;    // uniform PictureConstants
@@ -32,7 +26,12 @@ SHARED_CONST uint kBindCandidates =
                                     //          place in `draws`, or -1 where it is drawn already
 SHARED_CONST uint kBindDraws = 12;  // uint[]   indirect draws
 SHARED_CONST uint kBindVisible = 13;  // uint[]   1 for each candidate that may be seen
-SHARED_CONST uint kBindings = 14;
+SHARED_CONST uint kBindLightRegions =
+    14;                                   // ivec4[]  light on faces: hash table, region position and place + 1; 0: free
+SHARED_CONST uint kBindLightLeafOf = 15;  // uint[]   4096 a region: 1 + place of the leaf's record; 0: no visible face
+SHARED_CONST uint kBindLightLeaves = 16;  // uint[]   kLightLeafWords a leaf, SurfaceLightLeaf
+SHARED_CONST uint kBindLightCodes = 17;   // uint[]   a visible face
+SHARED_CONST uint kBindings = 18;
 
 SHARED_CONST uint kTilePixels = 8;  // a tile of the occlusion test is 8 x 8 pixels
 
@@ -47,7 +46,17 @@ SHARED_CONST uint kGroupWords = 5;
 
 /// Specialisation constants.
 SHARED_CONST uint kSpecExactEdges = 0;
-SHARED_CONST uint kSpecSunShadow = 1;
+SHARED_CONST uint kSpecSunShadow = 1;        // by order of SunShadow
+SHARED_CONST uint kSpecLight = 2;            // by order of SurfaceLight::Kind
+SHARED_CONST uint kSpecInterpolation = 3;    // kLightFace, kLightVertex, kLightLinear
+SHARED_CONST uint kSpecCornerOcclusion = 4;  // bool
+
+/// A record of SurfaceLightLeaf in words: 16 a direction of faces, 4 a direction of counts before slices, the first
+/// code.
+SHARED_CONST uint kLightLeafWords = 128u, kLightBefore = 96u, kLightFirst = 120u;
+SHARED_CONST uint kLightUnknown = 0xffffffffu;
+SHARED_CONST uint kLightNone = 0u, kLightLevels = 1u, kLightIrradiance = 2u;
+SHARED_CONST uint kSunShadowSkyLight = 1u, kSunShadowRay = 2u;
 
 /// One picture. Only members of 16 bytes, so that every layout rule places them alike.
 struct PictureConstants {
@@ -60,28 +69,23 @@ struct PictureConstants {
   vec4 sky_lit[6];                           // radiance of albedo 1 under the sky, by face
   vec4 sun_lit[6];                           // added where the sun is visible; w: 1 where the face looks towards it
   ivec4 camera_voxel;
-  ivec4 region_min, region_max;  // of the shadow grid, inclusive; w of region_min: slots in its table less 1
-  vec4 screen;                   // x: width, y: height, z: metres at view depth 1 that are 1.25/256 pixel
+  ivec4 region_min, region_max;       // of the shadow grid, inclusive; w of region_min: slots in its table less 1
+  vec4 level_sky[4], level_block[4];  // by level: SurfaceLightDecoder
+  ivec4 light;                        // x: slots of the light's table less 1
+  vec4 screen;                        // x: width, y: height, z: metres at view depth 1 that are 1.25/256 pixel
 };
 
-#ifdef __cplusplus
-#define SHARED_FUNCTION inline
-#else
-#define SHARED_FUNCTION
-#endif
-SHARED_FUNCTION uint region_hash(int x, int y, int z) {
+SHARED uint region_hash(int x, int y, int z) {
   uint h = uint(x) * 0x9e3779b1u + uint(y) * 0x85ebca6bu + uint(z) * 0xc2b2ae35u;
   return h ^ (h >> 15);
 }
-#undef SHARED_FUNCTION
 
 /// A pixel of the target of the first pass: x = block | face << 16 (0: sky), y = plane of the face relative to the
 /// camera's voxel, as an int.
 SHARED_CONST uint kSeenFaceShift = 16u;
 
 #ifdef __cplusplus
-static_assert(sizeof(PictureConstants) == (13 + 12 + 3) * 16);
-#undef SHARED_CONST
+static_assert(sizeof(PictureConstants) == (13 + 12 + 9 + 3) * 16);
 }  // namespace render::raster
 #endif
 #endif

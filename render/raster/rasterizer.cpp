@@ -26,8 +26,8 @@ vec4 to_vec4(const Vec3d& v, double w = 0) { return vec4(glm::vec3(v), static_ca
 vec4 to_vec4(const Rgb& c, float w = 0) { return vec4(c.r, c.g, c.b, w); }
 
 PictureConstants picture_constants(const Camera& camera, const PixelRays& rays, const world::Environment& environment,
-                                   const Shading& shading, const RenderKnobs& knobs, const ShadowGrid& grid,
-                                   double near, int width, int height) {
+                                   const Shading& shading, const SurfaceLightDecoder& light, const RenderKnobs& knobs,
+                                   const ShadowGrid& grid, const LightGrid& lit, double near, int width, int height) {
   PictureConstants p{};
   p.corner = to_vec4(rays.corner);
   p.step_x = to_vec4(rays.step_x);
@@ -45,6 +45,11 @@ PictureConstants picture_constants(const Camera& camera, const PixelRays& rays, 
     p.sky_lit[f] = to_vec4(shading.sky_lit[f]);
     p.sun_lit[f] = to_vec4(shading.sun_lit[f], shading.sun_faces[f] ? 1.0f : 0.0f);
   }
+  for (int level = 0; level < 16; ++level) {
+    p.level_sky[level / 4][level % 4] = light.sky[static_cast<size_t>(level)];
+    p.level_block[level / 4][level % 4] = light.block[static_cast<size_t>(level)];
+  }
+  p.light = ivec4(static_cast<int>(lit.table_size() - 1), 0, 0, 0);
   const world::VoxelPos voxel = camera.position.voxel;
   const world::RegionPos low = grid.min_region(), high = grid.max_region();
   p.camera_voxel = ivec4(voxel.x, voxel.y, voxel.z, 0);
@@ -107,6 +112,7 @@ world::Status Rasterizer::open(const gpu::DeviceOptions& options) {
   VkQueryPool pool = VK_NULL_HANDLE;
   VK_CHECK(vkCreateQueryPool(device_->handle(), &queries, nullptr, &pool));
   times_ = gpu::Owned<VkQueryPool>(*device_, pool);
+  TRY_STATUS(light_grid_.open(*device_));
   return shadow_grid_.open(*device_);
 }
 
@@ -225,6 +231,10 @@ world::Status Rasterizer::write_sets() {
     write(set, kBindRegions, shadow_grid_.regions());
     write(set, kBindGroups, shadow_grid_.groups());
     write(set, kBindMasks, shadow_grid_.masks());
+    write(set, kBindLightRegions, light_grid_.regions());
+    write(set, kBindLightLeafOf, light_grid_.leaf_of());
+    write(set, kBindLightLeaves, light_grid_.leaves());
+    write(set, kBindLightCodes, light_grid_.codes());
     write(set, kBindTiles, targets_.tiles);
     write(set, kBindCandidates, candidates_);
     write(set, kBindDraws, draws_);
@@ -349,13 +359,14 @@ void Rasterizer::record(VkCommandBuffer commands, VkPipeline faces, VkPipeline s
 }
 
 world::Result<Frame> Rasterizer::draw(const Camera& placed, const world::Environment& environment,
-                                      const Shading& shading, const RenderKnobs& knobs, double near, int width,
-                                      int height) {
+                                      const Shading& shading, SurfaceLight::Kind light, const RenderKnobs& knobs,
+                                      double near, int width, int height) {
   const auto start = Clock::now();
   TRY_STATUS(fit_targets(width, height));
   TRY_STATUS(fit_indices());
   TRY(const VkPipeline faces, pipelines_.faces(knobs.face_edges));
-  TRY(const VkPipeline shade, pipelines_.shade(knobs.sun_shadow));
+  TRY(const VkPipeline shade,
+      pipelines_.shade({knobs.sun_shadow, light, knobs.light_interpolation, knobs.corner_occlusion}));
   const double prepare_ms = ms_since(start);
 
   // What to draw.
@@ -370,7 +381,8 @@ world::Result<Frame> Rasterizer::draw(const Camera& placed, const world::Environ
   // What the shaders read.
   const auto fill_start = Clock::now();
   const PictureConstants constants =
-      picture_constants(camera, rays, environment, shading, knobs, shadow_grid_, near, width, height);
+      picture_constants(camera, rays, environment, shading, SurfaceLightDecoder(light, shading), knobs, shadow_grid_,
+                        light_grid_, near, width, height);
   TRY_STATUS(fill(picture_, &constants, sizeof constants, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT));
   TRY_STATUS(fill(chunks_, list_.chunks.data(), list_.chunks.size() * sizeof(ChunkCorner),
                   VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));

@@ -9,6 +9,7 @@
 #include "render/raster/culling.h"
 #include "render/raster/face_pool.h"
 #include "render/raster/pipelines.h"
+#include "render/raster/light_grid.h"
 #include "render/raster/shadow_grid.h"
 #include "render/shading.h"
 
@@ -24,10 +25,11 @@ class Rasterizer {
   }
   /// near: view depth in metres closer than which nothing lies in the picture.
   world::Result<Frame> draw(const Camera& camera, const world::Environment& environment, const Shading& shading,
-                            const RenderKnobs& knobs, double near, int width, int height);
+                            SurfaceLight::Kind light, const RenderKnobs& knobs, double near, int width, int height);
 
-  /// Used where knobs.sun_shadow is ray.
+  /// Used where knobs.sun_shadow is ray, and for corner_occlusion.
   ShadowGrid& shadow_grid() { return shadow_grid_; }
+  LightGrid& light_grid() { return light_grid_; }
   /// Bytes that one storage buffer binding may reach, at most the device's; tests lower it.
   uint64_t binding_limit = ~uint64_t{0};
 
@@ -57,6 +59,7 @@ class Rasterizer {
   Pipelines pipelines_;
   FacePool pool_;
   ShadowGrid shadow_grid_;
+  LightGrid light_grid_;
   Targets targets_;
   gpu::Owned<VkDescriptorPool> descriptors_;
   uint32_t descriptor_sets_ = 0;

@@ -3,9 +3,13 @@
 #extension GL_EXT_samplerless_texture_functions : require
 // Radiance of each pixel from what it sees: the formula of render/shading.h, and the sky where it sees nothing.
 #include "render/raster/raster.shared.h"
+#include "render/light/surface_light.shared.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(constant_id = kSpecSunShadow) const bool kSunShadow = false;
+layout(constant_id = kSpecSunShadow) const uint kSunShadow = 0u;
+layout(constant_id = kSpecLight) const uint kLight = 0u;
+layout(constant_id = kSpecInterpolation) const uint kInterpolation = 0u;
+layout(constant_id = kSpecCornerOcclusion) const bool kCornerOcclusion = false;
 layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
 layout(binding = kBindMaterials, std430) readonly buffer Materials { vec4 materials[]; };
 layout(binding = kBindSeen) uniform utexture2D seen_image;
@@ -15,6 +19,11 @@ layout(binding = kBindRadiance, std430) writeonly buffer Radiance { float radian
 layout(binding = kBindRegions, std430) readonly buffer Regions { ivec4 regions[]; };
 layout(binding = kBindGroups, std430) readonly buffer Groups { uint groups[]; };
 layout(binding = kBindMasks, std430) readonly buffer Masks { uint masks[]; };
+
+layout(binding = kBindLightRegions, std430) readonly buffer LightRegions { ivec4 light_regions[]; };
+layout(binding = kBindLightLeafOf, std430) readonly buffer LightLeafOf { uint light_leaf_of[]; };
+layout(binding = kBindLightLeaves, std430) readonly buffer LightLeaves { uint light_leaves[]; };
+layout(binding = kBindLightCodes, std430) readonly buffer LightCodes { uint light_codes[]; };
 
 /// The place of a region in `groups`, or -1 where all of it is clear.
 int find_region(ivec3 region) {
@@ -74,6 +83,88 @@ bool sun_visible(const ivec3 start, const vec3 fraction) {
   return true;
 }
 
+/// SurfaceLight::code()
+uint light_code(const ivec3 voxel, const uint face) {
+  const ivec3 region = voxel >> 7;
+  const uint last = uint(picture.light.x);
+  int place = -1;
+  for (uint i = region_hash(region.x, region.y, region.z);; ++i) {
+    const ivec4 entry = light_regions[i & last];
+    if (entry.w == 0) return kLightUnknown;
+    if (entry.xyz == region) {
+      place = entry.w - 1;
+      break;
+    }
+  }
+  const ivec3 leaf = voxel >> 3 & 15, v = voxel & 7;
+  const uint record = light_leaf_of[uint(place) * 4096u + uint(leaf.x * 256 + leaf.y * 16 + leaf.z)];
+  if (record == 0u) return kLightUnknown;
+  const uint at = (record - 1u) * kLightLeafWords, slice = uint(v.x), bit = uint(v.y * 8 + v.z);
+  const uint words = at + face * 16u + slice * 2u;
+  const uvec2 faces = uvec2(light_leaves[words], light_leaves[words + 1u]);
+  if (((bit < 32u ? faces.x : faces.y) >> (bit & 31u) & 1u) == 0u) return kLightUnknown;
+  const uint below = (1u << (bit & 31u)) - 1u;
+  const uint in_slice = bit < 32u ? uint(bitCount(faces.x & below)) : uint(bitCount(faces.x) + bitCount(faces.y & below));
+  const uint slot = face * 8u + slice;
+  const uint before = light_leaves[at + kLightBefore + (slot >> 1)] >> ((slot & 1u) * 16u) & 0xffffu;
+  return light_codes[light_leaves[at + kLightFirst] + before + in_slice];
+}
+
+/// SurfaceLightDecoder
+vec3 decode_light(const uint code, const uint face) {
+  const vec3 whole = picture.sky_lit[face].rgb;
+  if (code == kLightUnknown) return whole;
+  if (kLight == kLightIrradiance) {
+    const float unit = uintBitsToFloat((127u - 24u + (code >> 27)) << 23);
+    return vec3(code & 511u, code >> 9 & 511u, code >> 18 & 511u) * unit / 3.14159265;
+  }
+  vec3 lit;
+  for (int b = 0; b < 3; ++b) {
+    const uint level = code >> uint(4 * b) & 15u, of_blocks = code >> uint(12 + 4 * b) & 15u;
+    lit[b] = whole[b] * picture.level_sky[level >> 2][level & 3u] + picture.level_block[of_blocks >> 2][of_blocks & 3u];
+  }
+  return lit;
+}
+
+bool sees_whole_sky(const uint code) {
+  return code == kLightUnknown || (code & 15u) == 15u || (code >> 4 & 15u) == 15u || (code >> 8 & 15u) == 15u;
+}
+
+/// Light of a face at a place on it: light_on_face().
+vec3 light_on_face(const ivec3 voxel, const uint face, const vec2 at, const uint own) {
+  vec3 lit = kLight == kLightNone ? picture.sky_lit[face].rgb : decode_light(own, face);
+  const int axis = int(face >> 1);
+  const ivec2 axes = light_axes(axis);
+  ivec3 step_u = ivec3(0), step_v = ivec3(0), ahead = ivec3(0);
+  step_u[axes.x] = 1;
+  step_v[axes.y] = 1;
+  ahead[axis] = (face & 1u) == 1u ? 1 : -1;
+  if (kLight != kLightNone && kInterpolation != kLightFace) {
+    LightCells cells;
+    cells.value[4] = lit;
+    uint known = 1u << 4;
+    for (int i = 0; i < 9; ++i) {
+      if (i == 4) continue;
+      const uint code = light_code(voxel + (i % 3 - 1) * step_u + (i / 3 - 1) * step_v, face);
+      cells.value[i] = vec3(0);
+      if (code == kLightUnknown) continue;
+      cells.value[i] = decode_light(code, face);
+      known |= 1u << i;
+    }
+    lit = kInterpolation == kLightVertex ? vertex_light(cells, known, at) : linear_light(cells, known, at);
+  }
+  if (kCornerOcclusion && kLight != kLightIrradiance) {
+    uint open = 1u << 4;
+    for (int i = 0; i < 9; ++i) {
+      if (i == 4) continue;
+      const ivec3 before = voxel + ahead + (i % 3 - 1) * step_u + (i / 3 - 1) * step_v;
+      if (clear_cube(before, find_region(before >> 7)) != 0) open |= 1u << i;
+    }
+    lit *= corner_occlusion(open, at);
+  }
+  return lit;
+}
+
 vec3 sky(float cosine) {
   if (cosine < 0.0) return picture.sky_ground.rgb;
   return picture.sky_horizon.rgb + (picture.sky_zenith.rgb - picture.sky_horizon.rgb) * cosine;
@@ -94,19 +185,44 @@ void main() {
     const float t = axis == 0u ? offsets.x / ray.x : axis == 1u ? offsets.y / ray.y : offsets.z / ray.z;
     if (t <= picture.sun.w * inverse_length) {
       bool visible = picture.sun_lit[face].w != 0.0;
-      if (kSunShadow && visible) {
-        // From the voxel in front of the face, exactly on the face.
-        const vec3 hit = t * ray + picture.fraction.xyz;
-        ivec3 start = ivec3(floor(hit));
-        vec3 fraction = hit - vec3(start);
-        const bool positive = (face & 1u) == 1u;
-        const int plane = positive ? int(seen.y) : int(seen.y) - 1;
-        const bvec3 own = bvec3(axis == 0u, axis == 1u, axis == 2u);
-        start = mix(start, ivec3(plane), own);
-        fraction = mix(fraction, vec3(positive ? 0.0 : 1.0), own);
-        visible = sun_visible(picture.camera_voxel.xyz + start, fraction);
+      // The voxel in front of the face, and the place exactly on the face.
+      const vec3 hit = t * ray + picture.fraction.xyz;
+      ivec3 start = ivec3(floor(hit));
+      vec3 fraction = hit - vec3(start);
+      const bool positive = (face & 1u) == 1u;
+      const int plane = positive ? int(seen.y) : int(seen.y) - 1;
+      const bvec3 own = bvec3(axis == 0u, axis == 1u, axis == 2u);
+      start = mix(start, ivec3(plane), own);
+      fraction = mix(fraction, vec3(positive ? 0.0 : 1.0), own);
+      if (kSunShadow == kSunShadowRay && visible) visible = sun_visible(picture.camera_voxel.xyz + start, fraction);
+      vec3 lit = picture.sky_lit[face].rgb;
+      if (kLight != kLightNone || kCornerOcclusion) {
+        ivec3 voxel = picture.camera_voxel.xyz + start;
+        voxel[axis] -= positive ? 1 : -1;
+        const ivec2 axes = light_axes(int(axis));
+        vec2 at = vec2(fraction[axes.x], fraction[axes.y]);
+        uint code = kLightUnknown;
+        if (kLight != kLightNone) {
+          code = light_code(voxel, face);
+          if (code == kLightUnknown) {
+            // Rounding may have put the place beyond an edge: the face across the nearest edge is the one that is seen.
+            const vec2 inward = abs(at - 0.5);
+            const int nearest = inward.x > inward.y ? 0 : 1;
+            const int side = at[nearest] < 0.5 ? -1 : 1;
+            ivec3 beside = voxel;
+            beside[axes[nearest]] += side;
+            const uint other = light_code(beside, face);
+            if (other != kLightUnknown && inward[nearest] > 0.499) {
+              code = other;
+              voxel = beside;
+              at[nearest] = side < 0 ? 1.0 : 0.0;
+            }
+          }
+        }
+        if (kSunShadow == kSunShadowSkyLight) visible = visible && sees_whole_sky(code);
+        lit = light_on_face(voxel, face, at, code);
       }
-      const vec3 lit = picture.sky_lit[face].rgb + (visible ? picture.sun_lit[face].rgb : vec3(0));
+      if (visible) lit += picture.sun_lit[face].rgb;
       colour = materials[2u * block].rgb * lit + materials[2u * block + 1u].rgb;
     }
   }

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "render/shading.h"
+#include "render/light/surface_light.h"
 #include "render/bsdf/bsdf.h"
 #include "render/trace/picture.h"
 #include "world/base/jobs.h"
@@ -57,8 +58,8 @@ struct Spent {
 class Picture {
  public:
   Picture(const world::WorldView& view, const RayStream& occupied, const world::ParallelRays& sun_rays,
-          const MaskWalker& opaque, const world::StoreContours::Followed* contours, const Camera& camera,
-          const RenderKnobs& knobs, int width, int height, Image& image)
+          const MaskWalker& opaque, const world::StoreContours::Followed* contours, const SurfaceLight& light,
+          const Camera& camera, const RenderKnobs& knobs, int width, int height, Image& image)
       : view_(view),
         camera_(camera.position),
         rays_(camera, width, height),
@@ -68,6 +69,9 @@ class Picture {
         occupied_(occupied.walker()),
         opaque_(opaque),
         shading_(view.environment(), view.palette()),
+        light_(light),
+        decoder_(light.kind(), shading_),
+        lit_by_cells_(light.kind() != SurfaceLight::Kind::none || knobs.corner_occlusion),
         contours_(contours),
         in_bounds_(occupied_.in_bounds(camera.position.voxel)),
         // In a contour's voxel the eye is in front of the surface.
@@ -136,6 +140,9 @@ class Picture {
     start = Clock::now();
     std::fill_n(sunlit, count, true);
     if (knobs_.sun_shadow == SunShadow::ray) cast_shadows(rays, hits, normals, count, sunlit, spent);
+    if (knobs_.sun_shadow == SunShadow::sky_light)
+      for (int i = 0; i < count; ++i)
+        if (hits[i].hit()) sunlit[i] = sees_whole_sky(light_.code(hits[i].voxel, hits[i].face));
     spent.shadow_ms += ms_since(start);
 
     start = Clock::now();
@@ -149,9 +156,28 @@ class Picture {
                                 blocks.get(contours_->walker.matter_voxel(hits[i].voxel, normals[i])), normals[i],
                                 sunlit[i]);
       else
-        pixel = shading_.face_radiance(blocks.get(hits[i].voxel), hits[i].face, sunlit[i]);
+        pixel = shading_.face_radiance(blocks.get(hits[i].voxel), hits[i].face, sunlit[i],
+                                       lit_by_cells_ ? light_at(rays[i], hits[i]) : shading_.sky_lit[hits[i].face]);
     }
     spent.shade_ms += ms_since(start);
+  }
+
+  Rgb light_at(const GridRay& ray, const GridHit& hit) const {
+    const glm::ivec2 axes = shared::light_axes(world::face_axis(hit.face));
+    const auto along = [&](int axis) {
+      const double from_voxel =
+          double(camera_.voxel[axis] - hit.voxel[axis]) + camera_.fraction[axis] + hit.t * ray.direction[axis];
+      return static_cast<float>(std::clamp(from_voxel, 0.0, 1.0));
+    };
+    const auto beside = [&](int u, int v) {
+      VoxelPos voxel = hit.voxel;
+      voxel[axes.x] += u, voxel[axes.y] += v;
+      return voxel;
+    };
+    return light_on_face(
+        decoder_, knobs_, hit.face, {along(axes.x), along(axes.y)},
+        [&](int u, int v) { return light_.code(beside(u, v), hit.face); },
+        [&](int u, int v) { return !opaque_.volume().test(beside(u, v) + world::face_step(hit.face)); });
   }
 
   GridHit cast_from_inside(const GridRay& ray, LeafCache& blocks) const {
@@ -216,6 +242,9 @@ class Picture {
   const world::ParallelRays& sun_rays_;  // of opaque voxels
   const MaskWalker &occupied_, &opaque_;
   Shading shading_;
+  const SurfaceLight& light_;
+  SurfaceLightDecoder decoder_;
+  bool lit_by_cells_;                               // not by the open sky alone
   const world::StoreContours::Followed* contours_;  // null: all voxels are cubes
   bool in_bounds_;                                  // the camera is within the regions that hold anything
   bool inside_;                                     // the camera is in a block
@@ -256,7 +285,9 @@ class RaycastBackend : public Backend {
         rays_.parallel(view.store(), MaskKind::opaque, view.environment().sun_direction);
     const world::StoreContours::Followed* contours =
         contours_.follow(view.store(), static_cast<world::ContourShape>(knobs.contours), knobs.contour_iso);
-    const Picture picture(view, occupied, sun_rays, opaque.walker(), contours, camera, knobs, width, height,
+    TRY_STATUS(check_light(light, knobs));
+    light_.follow(view, light, knobs.light_model);
+    const Picture picture(view, occupied, sun_rays, opaque.walker(), contours, light_, camera, knobs, width, height,
                           frame.image);
     const double prepare_ms = ms_since(start);
     Spent total;
@@ -273,7 +304,7 @@ class RaycastBackend : public Backend {
     // Threads' times, scaled to their share of the picture's.
     const double sum = total.primary_ms + total.shadow_ms + total.shade_ms;
     const double share = sum > 0 ? (report.ms - prepare_ms) / sum : 0;
-    report.passes = {{"prepare", prepare_ms, 0, rays_.bytes() + contours_.bytes()},
+    report.passes = {{"prepare", prepare_ms, 0, rays_.bytes() + contours_.bytes() + light_.bytes()},
                      {"primary", total.primary_ms * share}};
     if (knobs.sun_shadow == SunShadow::ray) report.passes.push_back({"sun_shadow", total.shadow_ms * share});
     report.passes.push_back({"shade", total.shade_ms * share});
@@ -284,6 +315,7 @@ class RaycastBackend : public Backend {
  private:
   world::StoreRays rays_;
   world::StoreContours contours_;
+  SurfaceLight light_;
 };
 
 }  // namespace

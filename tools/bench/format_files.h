@@ -12,10 +12,10 @@ namespace tools {
 using Bytes = std::vector<uint8_t>;
 
 struct FormatFile {
-  std::string bytes = {};           // of the file; empty of a map, which is written at once
-  std::vector<Bytes> packed = {};   // its zlib, gzip or Zstandard streams
-  size_t largest_content = 0;  // bytes of what the largest of them holds
-  double work = 0;             // voxels, air too; posts, triangles or points
+  std::string bytes = {};          // of the file; empty of a map, which is written at once
+  std::vector<Bytes> packed = {};  // its zlib, gzip or Zstandard streams
+  size_t largest_content = 0;      // bytes of what the largest of them holds
+  double work = 0;                 // voxels, air too; posts, triangles or points
 };
 
 /// The box in few blocks of the other program: what a block is named costs nothing by the voxel.

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "tools/light.h"
 #include "tools/picture.h"
 #include "world/base/jobs.h"
 #include "world/base/random.h"
@@ -27,6 +28,7 @@ Result<std::shared_ptr<const SightLines>> SightLines::make(const world::Scene& s
   lines->lights_ = std::make_unique<const render::LightSet>(render::LightSet::build(*lines->scene_));
   TRY(const world::CameraPlacement placement, world::camera_of(lines->world_, ""));
   const render::Camera camera = render::Camera::from(placement);
+  lines->camera_ = camera, lines->width_ = width, lines->height_ = height;
   const render::PixelRays pixels(camera, width, height);
   render::Tracer tracer(*lines->scene_);
   std::vector<render::Crossing> crossings;
@@ -61,6 +63,29 @@ std::vector<Vec3d> SightLines::radiance(Integrator integrator, const render::Ren
     }
   });
   return means;
+}
+
+Result<std::vector<Vec3d>> SightLines::picture(render::Backend& backend, const render::RenderKnobs& knobs) const {
+  TRY(const render::Frame frame, backend.render(view_, camera_, knobs, width_, height_));
+  std::vector<Vec3d> seen;
+  seen.reserve(lines_.size());
+  for (const Line& line : lines_) {
+    const render::Rgb c = frame.image.at(static_cast<int>(line.x), static_cast<int>(line.y));
+    seen.emplace_back(c.r, c.g, c.b);
+  }
+  return seen;
+}
+
+std::vector<Vec3d> SightLines::raycast(const render::RenderKnobs& knobs) const {
+  auto backend = make_backend("raycast");
+  CHECK(backend.ok());
+  LightOfWorld light;
+  auto made = light.follow(world_, camera_.position, knobs);
+  CHECK(made.ok());
+  (*backend)->light = *made;
+  auto seen = picture(**backend, knobs);
+  CHECK(seen.ok());
+  return std::move(*seen);
 }
 
 LineHalves line_halves(const SightLines& lines, render::RenderKnobs knobs, int scatterings, int samples,

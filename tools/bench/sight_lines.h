@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "render/backend.h"
 #include "render/camera.h"
 #include "render/trace/transport.h"
 #include "tools/bench/benchmark.h"
@@ -27,6 +28,12 @@ class SightLines {
   std::vector<world::Vec3d> radiance(Integrator integrator, const render::RenderKnobs& knobs, int samples,
                                      uint64_t seed) const;
   size_t size() const { return lines_.size(); }
+  /// The same lines as a backend draws them, one ray a pixel.
+  Result<std::vector<world::Vec3d>> picture(render::Backend& backend, const render::RenderKnobs& knobs) const;
+  /// The same by a raycast backend of its own, with the light that the knobs ask for, made from nothing.
+  std::vector<world::Vec3d> raycast(const render::RenderKnobs& knobs) const;
+  const world::World& world() const { return world_; }
+  const render::Camera& camera() const { return camera_; }
 
  private:
   struct Line {
@@ -40,6 +47,8 @@ class SightLines {
   std::unique_ptr<const render::TraceScene> scene_;
   std::unique_ptr<const render::LightSet> lights_;
   std::vector<Line> lines_;
+  render::Camera camera_;
+  int width_ = 0, height_ = 0;
 };
 
 /// The truth of lines as two halves of `samples` each, by path tracing with at most `scatterings`.

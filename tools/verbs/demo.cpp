@@ -7,6 +7,7 @@
 #include "render/image/display.h"
 #include "render/image/error_metrics.h"
 #include "render/image/flip.h"
+#include "tools/light.h"
 #include "tools/picture.h"
 #include "tools/verb.h"
 #include "world/base/text.h"
@@ -51,10 +52,12 @@ world::Result<int> run_demo(const std::string& scene_name, const std::string& fo
   const uint64_t hash = world.store.content_hash();
   const world::WorldView view(world);
 
+  LightOfWorld light;
   std::vector<render::Image> images;
   for (const char* name : {"raster", "raycast"}) {
     Stopwatch whole;
     TRY(const std::unique_ptr<render::Backend> backend, make_backend(name));
+    TRY(backend->light, light.follow(world, camera.position, knobs));
     TRY(render::Frame frame, backend->render(view, camera, knobs, 1280, 720));
     print_row(name, whole.ms(), frame.report.device);
     for (const render::PassReport& pass : frame.report.passes) print_row("  " + pass.name, pass.ms, "");

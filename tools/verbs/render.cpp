@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "tools/json_text.h"
+#include "tools/light.h"
 #include "tools/picture.h"
 #include "tools/progress.h"
 #include "tools/verb.h"
@@ -166,6 +167,7 @@ world::Result<int> run_render(RenderOptions options) {
   std::string camera_name;
   TRY(const render::Camera start, choose_camera(options, world, camera_name));
   const uint64_t hash = world.store.content_hash();
+  LightOfWorld light;
   const world::WorldView view(world);
   const StopOnInterrupt stop;
   render::Sampling& sampling = backend->sampling;
@@ -183,6 +185,7 @@ world::Result<int> run_render(RenderOptions options) {
     render::PictureText text = picture_text(scene, camera_name, camera, knobs, options.backend, hash);
     sampling.picture = text;
     for (const char* other : {"knobs", "commit"}) sampling.picture.erase(other);  // the film has the knobs themselves
+    TRY(backend->light, light.follow(world, camera.position, knobs));
     TRY(const render::Frame picture, backend->render(view, camera, knobs, width, height));
     if (picture.report.samples > 0) {
       text["spp"] = std::to_string(picture.report.samples);
@@ -192,6 +195,7 @@ world::Result<int> run_render(RenderOptions options) {
     const std::string path = moving ? frame_path(options.output, frame) : options.output;
     TRY_STATUS(write_picture(path, picture.image, knobs, text));
     reports.push_back(report_json(picture.report, world));
+    if (!light.report().is_null()) reports.back()["light"] = light.report();
     if (stop.asked()) break;
     if (moving) progress.stage(fmt::format("frame {} of {}..{}", frame, first, last));
     if (!options.json && !moving) {
@@ -200,6 +204,7 @@ world::Result<int> run_render(RenderOptions options) {
       for (const render::PassReport& pass : picture.report.passes)
         std::printf("  %-16s %8.2f ms %8llu draws %12llu bytes\n", pass.name.c_str(), pass.ms,
                     static_cast<unsigned long long>(pass.draws), static_cast<unsigned long long>(pass.bytes));
+      if (!light.report().is_null()) std::printf("  light: %s\n", light.report().dump().c_str());
       if (picture.report.samples > 0)
         std::printf("  %u samples a pixel, relative error %.3g, %llu samples left out\n", picture.report.samples,
                     picture.report.relative_error, static_cast<unsigned long long>(picture.report.nan_samples));

@@ -23,6 +23,10 @@
 namespace world {
 
 constexpr int kMaxLight = 15;
+/// Brightness of a level over that of the one above: what block games draw them by.
+constexpr double kLevelRatio = 0.8;
+/// W in one band at and above which a voxel gives level 15: the lamps of world/blocks/lamp.toml give 2500 to 4600.
+constexpr double kFullLampWatts = 3000;
 
 /// The levels of 512 voxels. Word [x][k], bit y*8 + z, is bit k of the level of voxel (x, y, z).
 struct alignas(64) LightLeaf {
@@ -127,8 +131,8 @@ class LightField {
   uint8_t outside_;
 };
 
-enum class LightModel { none, flood4, flood_rgb };
-constexpr std::array<std::string_view, 3> knob_choices(LightModel) { return {"none", "flood4", "flood_rgb"}; }
+enum class LightModel { none, flood4, flood_rgb, flux };
+constexpr std::array<std::string_view, 4> knob_choices(LightModel) { return {"none", "flood4", "flood_rgb", "flux"}; }
 
 /// Levels of a voxel in red, green and blue; all alike in flood4.
 struct LightSample {

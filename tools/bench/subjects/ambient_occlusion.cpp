@@ -1,7 +1,8 @@
 /// How well occlusion of the sky by rays of some number and length stands in for the sky's light.
 ///
 /// 128 m of the valley under a sky of one radiance and no sun; one point for each of 72 x 48 pixels. "open sky" is
-/// light_transport=direct, the closed form of a sky that nothing hides; the others are ambient_occlusion with 1 to 64
+/// light_transport=direct, the closed form of a sky that nothing hides; "corners" darkens that by the voxels next to a
+/// face (corner_occlusion); the others are ambient_occlusion with 1 to 64
 /// rays a point that see no further than 8 m, 32 m, or all. The first error is against what the sky sends to the first
 /// surface: rays of any length are right in the mean, shorter ones find too much sky. The second is against all light
 /// of up to 6 scatterings, which none of them has.
@@ -88,6 +89,22 @@ void add_subject_ambient_occlusion(Registry& registry) {
         };
         settings.push_back(std::move(s));
       }
+    // By the eight voxels around a face alone.
+    RenderKnobs corners;
+    corners.corner_occlusion = true, corners.sun_shadow = render::SunShadow::none;
+    Setting s{.method = "corners", .setting = "corners@8"};
+    s.knob = 8;
+    s.measure = [=](uint64_t) {
+      const auto seen = sight->raycast(corners);
+      const auto known = truth();
+      return ErrorSample{{relative_rms(seen, known->first_surface), relative_rms(seen, known->all)},
+                         relative_bias(seen, known->first_surface)};
+    };
+    s.run = [=] {
+      keep(sight->raycast(corners));
+      return static_cast<double>(sight->size());
+    };
+    settings.push_back(std::move(s));
     return settings;
   };
   registry.add(std::move(subject));

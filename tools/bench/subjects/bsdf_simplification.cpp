@@ -88,7 +88,7 @@ glm::dvec3 reflected_radiance(const BsdfParameters& p, const render::Bsdf& bsdf,
     };
     const render::BsdfSample drawn =
         bsdf.scatter_in(p, wo, kUp, {at(0.8191725133961645), at(0.6710436067037893), at(0.5497004779019703)});
-    const render::Rgb light = render::sky_radiance(environment, drawn.direction.y);
+    const render::Rgb light = world::sky_radiance(environment, drawn.direction.y);
     sky += glm::dvec3(drawn.weight.x * light.r, drawn.weight.y * light.g, drawn.weight.z * light.b);
   }
   const world::Irradiance3 e = environment.sun_irradiance;

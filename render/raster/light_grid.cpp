@@ -1,0 +1,75 @@
+#include "render/raster/light_grid.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+#include <fmt/format.h>
+
+namespace render::raster {
+
+namespace {
+constexpr VkBufferUsageFlags kUsage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+}
+
+world::Status LightGrid::open(gpu::Device& device) {
+  const SurfaceLight nothing;
+  TRY(const uint64_t sent, send(device, nothing));
+  (void)sent;
+  return {};
+}
+
+world::Result<uint64_t> LightGrid::follow(gpu::Device& device, const SurfaceLight& light) {
+  if (light.version() == version_) return uint64_t{0};
+  TRY(const uint64_t sent, send(device, light));
+  version_ = light.version();
+  return sent;
+}
+
+world::Result<uint64_t> LightGrid::send(gpu::Device& device, const SurfaceLight& light) {
+  table_size_ = std::bit_ceil(static_cast<uint32_t>(2 * light.places().size() + 1));
+  std::vector<ivec4> table(table_size_, ivec4(0));
+  for (const auto& [pos, place] : light.places()) {
+    uint32_t slot = region_hash(pos.x, pos.y, pos.z) & (table_size_ - 1);
+    while (table[slot].w) slot = (slot + 1) & (table_size_ - 1);
+    table[slot] = ivec4(pos.x, pos.y, pos.z, static_cast<int>(place) + 1);
+  }
+  struct Part {
+    gpu::Buffer& buffer;
+    const void* data;
+    uint64_t bytes;
+  };
+  const Part parts[] = {{regions_, table.data(), table.size() * sizeof(ivec4)},
+                        {leaf_of_, light.leaf_of().data(), light.leaf_of().size() * sizeof(uint32_t)},
+                        {leaves_, light.leaves().data(), light.leaves().size() * sizeof(SurfaceLightLeaf)},
+                        {codes_, light.codes().data(), light.codes().size() * sizeof(uint32_t)}};
+  const uint64_t limit = std::min<uint64_t>(binding_limit, device.limits().maxStorageBufferRange);
+  uint64_t total = 0;
+  for (const Part& part : parts) {
+    if (part.bytes > limit)
+      return world::usage_error(
+          fmt::format("the world's light is too large for this device ({} MiB, at most {} MiB); set "
+                      "light_model to none or use the raycast backend",
+                      part.bytes >> 20, limit >> 20));
+    total += part.bytes;
+  }
+  TRY(const gpu::Buffer staging,
+      gpu::make_buffer(device, total, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, gpu::MemoryUse::upload));
+  uint64_t at = 0;
+  for (const Part& part : parts) {
+    TRY(part.buffer, gpu::make_buffer(device, part.bytes, kUsage, gpu::MemoryUse::device));
+    if (part.bytes) std::memcpy(staging.mapped() + at, part.data, part.bytes);
+    at += part.bytes;
+  }
+  TRY_STATUS(device.run([&](VkCommandBuffer commands) {
+    uint64_t from = 0;
+    for (const Part& part : parts) {
+      const VkBufferCopy copy{from, 0, part.bytes};
+      if (part.bytes) vkCmdCopyBuffer(commands, staging.handle, part.buffer.handle, 1, &copy);
+      from += part.bytes;
+    }
+  }));
+  return total;
+}
+
+}  // namespace render::raster

@@ -1,0 +1,251 @@
+#include "render/light/surface_light.h"
+
+#include <gtest/gtest.h>
+
+#include "render/extract/faces.h"
+#include "render/raster/raster.h"
+#include "render/raycast/raycast.h"
+#include "tests/render/raster/small_worlds.h"
+#include "world/base/jobs.h"
+#include "world/numbers/shared_exponent.h"
+
+namespace render {
+namespace {
+
+using world::VoxelPos;
+
+/// Levels drawn at random in and around a world: what a face shows has nothing to do with what would be right there.
+world::LightVolume random_levels(const world::Store& store, world::LightModel model) {
+  world::LightVolume volume(model, 15, model == world::LightModel::flood_rgb);
+  uint64_t number = 0;
+  for (world::LightField& field : volume.fields()) {
+    ++number;
+    for (const world::RegionPos r : store.regions()) {
+      world::LightRegion& region = field.regions().insert(r);
+      region.split();
+      for (int leaf = 0; leaf < world::kLeavesPerRegion; ++leaf) {
+        world::LightLeaf levels;
+        for (int i = 0; i < world::kLeafVoxels; ++i)
+          levels.set(i, static_cast<int>(world::mix64(number * 7919 + static_cast<uint64_t>(leaf * 512 + i)) % 16));
+        region.set_leaf(leaf, levels);
+      }
+    }
+  }
+  return volume;
+}
+
+/// The face's own level everywhere in a world, and no other.
+TEST(SurfaceLight, AFaceHasTheLevelsOfTheVoxelBeforeIt) {
+  const world::World w = hills({100, -20, 40});
+  const world::LightVolume volume = random_levels(w.store, world::LightModel::flood_rgb);
+  SurfaceLight light;
+  const world::WorldView view(w);
+  const WorldLight made{&volume, nullptr, 1};
+  ASSERT_TRUE(light.follow(view, made, LightModel::flood_rgb));
+  EXPECT_FALSE(light.follow(view, made, LightModel::flood_rgb)) << "nothing changed";
+  const FaceSource source{&w.store, &view.masks(world::MaskKind::occupied), &view.masks(world::MaskKind::opaque)};
+  world::StoreReader reader(w.store);
+  uint64_t faces = 0;
+  for (const ChunkPos chunk : occupied_chunks(*source.occupied)) {
+    ChunkFaces found;
+    extract_chunk_faces(source, &reader, chunk, found);
+    for (int i = 0; i < kLeavesPerChunk; ++i)
+      for (int face = 0; face < world::kFaces; ++face)
+        for (int v = 0; v < world::kLeafVoxels; ++v) {
+          const VoxelPos voxel = world::voxel_from_leaf(leaf_in_chunk(chunk, i)) + world::offset_in_leaf(v);
+          const uint32_t code = light.code(voxel, face);
+          const LeafFaces* leaf = found.find(i);
+          if (!leaf || !leaf->face[face].test(v)) {
+            ASSERT_EQ(code, SurfaceLight::kUnknown);
+            continue;
+          }
+          const world::LightSample expected = volume.sample(voxel + world::face_step(face));
+          for (int b = 0; b < 3; ++b) {
+            ASSERT_EQ(code >> (4 * b) & 15, expected.sky[static_cast<size_t>(b)]);
+            ASSERT_EQ(code >> (12 + 4 * b) & 15, expected.block[static_cast<size_t>(b)]);
+          }
+          ++faces;
+        }
+  }
+  EXPECT_EQ(faces, light.codes().size());
+  EXPECT_GT(faces, 10000u);
+}
+
+TEST(SurfaceLight, WhereNoModelIsAskedForThereIsNothing) {
+  const world::World w = hills();
+  const world::LightVolume volume = random_levels(w.store, world::LightModel::flood4);
+  SurfaceLight light;
+  const world::WorldView view(w);
+  EXPECT_FALSE(light.follow(view, {&volume, nullptr, 1}, LightModel::none));
+  EXPECT_EQ(light.bytes(), 0u);
+  EXPECT_EQ(light.kind(), SurfaceLight::Kind::none);
+  // And what a picture no longer asks for goes.
+  EXPECT_TRUE(light.follow(view, {&volume, nullptr, 1}, LightModel::flood4));
+  EXPECT_GT(light.codes().size(), 0u);
+  EXPECT_TRUE(light.follow(view, {&volume, nullptr, 1}, LightModel::none));
+  EXPECT_EQ(light.codes().size(), 0u);
+}
+
+TEST(SurfaceLight, ASkyLevelOf15IsTheOpenSkyAndEachBelowAFifthLess) {
+  const Shading shading(world::Environment{}, world::standard_blocks());
+  const SurfaceLightDecoder decode(SurfaceLight::Kind::levels, shading);
+  for (int face = 0; face < world::kFaces; ++face) {
+    EXPECT_EQ(decode(0xfff, face), shading.sky_lit[face]);
+    EXPECT_FLOAT_EQ(decode(0xeee, face).g, shading.sky_lit[face].g * 0.8f);
+    EXPECT_EQ(decode(0, face), (Rgb{0, 0, 0}));
+  }
+  // A face 1 m from the middle of a lamp of 3000 W: P / (4 pi) times the mean cosine 1/2, sent back by an albedo of 1.
+  EXPECT_FLOAT_EQ(decode(14u << 12, 0).r, static_cast<float>(3000 / (4 * M_PI) / 2 / M_PI));
+  EXPECT_EQ(decode(14u << 12, 0).g, 0);
+}
+
+TEST(SurfaceLight, AnIrradianceIsDividedByPi) {
+  const Shading shading(world::Environment{}, world::standard_blocks());
+  const SurfaceLightDecoder decode(SurfaceLight::Kind::irradiance, shading);
+  const Rgb lit = decode(world::Rgb9e5::from({256, 128, 64}).code, 2);
+  EXPECT_FLOAT_EQ(lit.r, static_cast<float>(256 / M_PI));
+  EXPECT_FLOAT_EQ(lit.b, static_cast<float>(64 / M_PI));
+  EXPECT_EQ(decode(SurfaceLight::kUnknown, 2), shading.sky_lit[2]) << "beyond what the model covers: the open sky";
+}
+
+/// Cells by index (u + 1) + 3 (v + 1).
+constexpr uint32_t kAllOpen = 0x1ff;
+constexpr uint32_t without(std::initializer_list<int> cells) {
+  uint32_t open = kAllOpen;
+  for (const int c : cells) open &= ~(1u << c);
+  return open;
+}
+
+TEST(CornerOcclusion, HasTheFourLevelsOfQuartersOfTheSky) {
+  const glm::vec2 corner(1, 1);
+  EXPECT_FLOAT_EQ(shared::corner_occlusion(kAllOpen, corner), 1.0f);
+  EXPECT_FLOAT_EQ(shared::corner_occlusion(without({8}), corner), 0.75f);
+  EXPECT_FLOAT_EQ(shared::corner_occlusion(without({5}), corner), 0.75f);
+  EXPECT_FLOAT_EQ(shared::corner_occlusion(without({5, 8}), corner), 0.5f);
+  EXPECT_FLOAT_EQ(shared::corner_occlusion(without({5, 7}), corner), 0.25f) << "two walls hide what is across";
+  EXPECT_FLOAT_EQ(shared::corner_occlusion(without({5, 7, 8}), corner), 0.25f);
+  // Away from the corner it fades.
+  EXPECT_FLOAT_EQ(shared::corner_occlusion(without({5, 7, 8}), glm::vec2(0, 0)), 1.0f);
+  EXPECT_FLOAT_EQ(shared::corner_occlusion(without({5, 7, 8}), glm::vec2(1, 0)), 0.75f);
+}
+
+/// Two faces side by side in one plane, of a floor with random light and holes: along their common edge both have the
+/// same light, whatever is known around them.
+TEST(VertexLight, IsTheSameOnBothSidesOfAnEdge) {
+  for (uint64_t seed = 0; seed < 200; ++seed) {
+    bool known[5][4];
+    glm::vec3 light[5][4];
+    for (int u = 0; u < 5; ++u)
+      for (int v = 0; v < 4; ++v) {
+        const uint64_t h = world::mix64(seed * 100 + static_cast<uint64_t>(u * 4 + v));
+        known[u][v] = h % 4 != 0;
+        light[u][v] = glm::vec3(h >> 8 & 255, h >> 16 & 255, h >> 24 & 255);
+      }
+    known[1][1] = known[2][1] = true;
+    const auto at = [&](int centre, glm::vec2 place) {
+      shared::LightCells cells;
+      uint32_t bits = 0;
+      for (int i = 0; i < 9; ++i) {
+        const int u = centre + i % 3 - 1, v = 1 + i / 3 - 1;
+        cells.value[i] = light[u][v];
+        if (known[u][v]) bits |= 1u << i;
+      }
+      return shared::vertex_light(cells, bits, place);
+    };
+    for (const float along : {0.0f, 0.25f, 1.0f}) {
+      const glm::vec3 left = at(1, {1, along}), right = at(2, {0, along});
+      for (int b = 0; b < 3; ++b) EXPECT_NEAR(left[b], right[b], 1e-4) << seed;  // sums of up to four in two orders
+    }
+  }
+}
+
+TEST(LinearLight, GoesThroughTheMiddlesOfItsCells) {
+  shared::LightCells cells;
+  for (int i = 0; i < 9; ++i) cells.value[i] = glm::vec3(static_cast<float>(i * i));
+  EXPECT_EQ(shared::linear_light(cells, kAllOpen, {0.5f, 0.5f}).x, 16.0f);
+  EXPECT_FLOAT_EQ(shared::linear_light(cells, kAllOpen, {1, 0.5f}).x, (16 + 25) / 2.0f);
+  EXPECT_FLOAT_EQ(shared::linear_light(cells, kAllOpen, {1, 1}).x, (16 + 25 + 49 + 64) / 4.0f);
+  EXPECT_FLOAT_EQ(shared::linear_light(cells, without({5}), {1, 0.5f}).x, 16.0f) << "what isn't known changes nothing";
+}
+
+/// Both backends with every kind of light, interpolation and occlusion: the same picture.
+TEST(SurfaceLight, BothBackendsShowTheSameLight) {
+  const world::World w = hills();
+  const world::LightVolume levels = random_levels(w.store, world::LightModel::flood_rgb);
+  world::SurfaceIrradiance irradiance;
+  {
+    // Every face that an opaque voxel has in the box, at random brightness.
+    irradiance.low = {-8, 0, -8};
+    irradiance.size = {16, 5, 16};
+    const world::MaskVolume& opaque = w.store.masks(world::MaskKind::opaque);
+    for (int x = 0; x < 16; ++x)
+      for (int y = 0; y < 5; ++y)
+        for (int z = 0; z < 16; ++z) {
+          world::SurfaceIrradiance::Leaf& leaf = irradiance.leaves.emplace_back();
+          const VoxelPos corner = world::voxel_from_leaf(world::LeafPos{x - 8, y, z - 8});
+          for (int face = 0; face < world::kFaces; ++face)
+            for (int v = 0; v < world::kLeafVoxels; ++v) {
+              if ((v & 63) == 0) leaf.first[face][v >> 6] = static_cast<uint32_t>(irradiance.values.size());
+              const VoxelPos voxel = corner + world::offset_in_leaf(v);
+              if (opaque.test(voxel) || !opaque.test(voxel + world::face_step(face))) continue;
+              leaf.wall[face].set(v);
+              const uint64_t h = world::mix64(irradiance.values.size());
+              irradiance.values.push_back({float(h & 1023), float(h >> 10 & 1023), float(h >> 20 & 1023)});
+            }
+        }
+  }
+  auto raster = make_raster({.validation = true});
+  ASSERT_TRUE(raster.ok()) << raster.error().message;
+  auto raycast = make_raycast_backend();
+  ASSERT_TRUE(raycast.ok());
+  const world::WorldView view(w);
+  Camera camera;
+  camera.position = world::WorldPoint::from(-40.3, 31.7, -38.2);
+  camera.forward = glm::normalize(world::Vec3d(0.7, -0.45, 0.6));
+  for (const LightModel model : {LightModel::none, LightModel::flood_rgb, LightModel::flux})
+    for (const LightInterpolation interpolation :
+         {LightInterpolation::face, LightInterpolation::vertex, LightInterpolation::linear})
+      for (const bool corners : {false, true})
+        for (const SunShadow shadow : {SunShadow::none, SunShadow::sky_light}) {
+          if (shadow == SunShadow::sky_light && model != LightModel::flood_rgb) continue;
+          RenderKnobs knobs;
+          knobs.light_model = model;
+          knobs.light_interpolation = interpolation;
+          knobs.corner_occlusion = corners;
+          knobs.sun_shadow = shadow;
+          (*raster)->light = (*raycast)->light = {&levels, &irradiance, 1};
+          const auto drawn = (*raster)->render(view, camera, knobs, 320, 180);
+          ASSERT_TRUE(drawn.ok()) << drawn.error().message;
+          const auto cast = (*raycast)->render(view, camera, knobs, 320, 180);
+          ASSERT_TRUE(cast.ok()) << cast.error().message;
+          size_t differing = 0;
+          for (size_t i = 0; i < drawn->image.pixels.size(); ++i) {
+            const Rgb a = drawn->image.pixels[i], b = cast->image.pixels[i];
+            const float scale = std::max({a.max(), b.max(), 1.0f});
+            differing += std::abs(a.r - b.r) + std::abs(a.g - b.g) + std::abs(a.b - b.b) > 0.01f * scale;
+          }
+          // As backends_agree_test allows for edges at this size; light that jumps from face to face adds none.
+          EXPECT_LE(differing, drawn->image.pixels.size() / 1000)
+              << static_cast<int>(model) << static_cast<int>(interpolation) << corners << static_cast<int>(shadow);
+        }
+  EXPECT_EQ((*raster)->messages(), std::vector<std::string>{});
+}
+
+TEST(SurfaceLight, LightThatNothingMadeIsAnError) {
+  const world::World w = hills();
+  auto raycast = make_raycast_backend();
+  Camera camera;
+  for (const LightModel model : {LightModel::flood4, LightModel::flood_rgb, LightModel::flux}) {
+    RenderKnobs knobs;
+    knobs.light_model = model;
+    const auto frame = (*raycast)->render(world::WorldView(w), camera, knobs, 8, 8);
+    ASSERT_FALSE(frame.ok());
+    EXPECT_NE(frame.error().message.find("light_model"), std::string::npos);
+  }
+  RenderKnobs knobs;
+  knobs.sun_shadow = SunShadow::sky_light;
+  EXPECT_FALSE((*raycast)->render(world::WorldView(w), camera, knobs, 8, 8).ok());
+}
+
+}  // namespace
+}  // namespace render
