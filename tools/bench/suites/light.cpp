@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "sim/light/flood.h"
+#include "sim/light/flux.h"
 #include "tools/bench/benchmark.h"
 #include "tools/bench/rivals/light_queue.h"
 #include "world/base/jobs.h"
@@ -237,6 +238,42 @@ Result<Prepared> prepare_roof(BenchContext& context, bool open) {
   return prepared;
 }
 
+/// The Cornell box in 64^3 voxels: walls found, the lamp's light by rays, reflection to the residual.
+Result<Prepared> prepare_flux(BenchContext& context, bool solved_before) {
+  TRY(const World* box, context.world("cornell_voxels"));
+  const auto light = [=](const sim::Flux* before) {
+    auto flux = std::make_unique<sim::Flux>(box->store, VoxelBox{{0, 0, 0}, {63, 63, 63}}, box->environment);
+    flux->set_direct({}, sim::lamps_on_surfaces(box->store, flux->grid(), 4));
+    if (before) flux->continue_from(*before);
+    const auto report = flux->solve({32, 0.01f});
+    CHECK(report.ok());
+    return std::pair(std::move(flux), *report);
+  };
+  const auto before = std::make_shared<sim::Flux>(std::move(*light(nullptr).first));
+  Prepared prepared;
+  prepared.ours = {"32 directions, 4 points of the lamp", [=] {
+                     keep(light(solved_before ? before.get() : nullptr).second.sweeps);
+                     return 0.0;
+                   }};
+  prepared.counters = [=] {
+    const sim::FluxReport report = light(solved_before ? before.get() : nullptr).second;
+    return std::map<std::string, double>{{"sweeps", report.sweeps},
+                                         {"surfaces", static_cast<double>(report.surfaces)},
+                                         {"bytes", static_cast<double>(report.bytes)}};
+  };
+  prepared.check = [=]() -> Status {
+    const sim::FluxReport report = light(nullptr).second;
+    for (int b = 0; b < 3; ++b) {
+      const sim::FluxBooks& k = report.books;
+      if (!(std::abs(k.absorbed[b] + k.escaped[b] + k.stored[b] - k.emitted[b]) <= 1e-5 * k.emitted[b]))
+        return world::input_error("energy is not kept");
+    }
+    if (!(report.residual <= 0.01)) return world::input_error("the residual was not reached");
+    return {};
+  };
+  return prepared;
+}
+
 Result<Prepared> prepare_sky_colour(BenchContext& context) {
   const auto toggled = context.shared<Toggled>("light/lantern/20", [&] { return lamp_in_the_open("lantern", 20); });
   Prepared prepared;
@@ -306,6 +343,19 @@ void add_suite_light(Registry& registry) {
   };
   roof("roof_opened", "light after 16 m of rock over a dark hall of 64^3 go", true);
   roof("roof_closed", "light after they come back", false);
+  registry.add({.name = "flux_cornell",
+                .what = "flux in the Cornell box of 64^3 voxels from nothing to a residual of 1 %",
+                .unit = "ms",
+                .better = Better::lower,
+                .timing = Timing::milliseconds,
+                .reach = Reach{100, "a tenth of a second after an edit of the room"},
+                .prepare = [](BenchContext& context) { return prepare_flux(context, false); }});
+  registry.add({.name = "flux_cornell_again",
+                .what = "the same after an edit elsewhere, from what was found before",
+                .unit = "ms",
+                .better = Better::lower,
+                .timing = Timing::milliseconds,
+                .prepare = [](BenchContext& context) { return prepare_flux(context, true); }});
   registry.add({.name = "sky_colour",
                 .what = "light after the sky has changed its colour: no leaf is found anew",
                 .unit = "us",
