@@ -56,13 +56,31 @@ constexpr size_t size_of(Type t) {
   return sizes[static_cast<int>(t)];
 }
 
+/// What a property says: kPlaces + axis, kNormals + axis, kTextures + axis, kBands + band.
+constexpr int kPlaces = 0, kNormals = 3, kTextures = 6, kBands = 8, kCorners = 11, kNothing = 12;
+
+int meaning_of(std::string_view name, bool list) {
+  if (list) return name == "vertex_indices" || name == "vertex_index" ? kCorners : kNothing;
+  constexpr std::pair<std::string_view, int> kNames[] = {
+      {"x", kPlaces},       {"y", kPlaces + 1},       {"z", kPlaces + 2},
+      {"nx", kNormals},     {"ny", kNormals + 1},     {"nz", kNormals + 2},
+      {"u", kTextures},     {"s", kTextures},         {"v", kTextures + 1},
+      {"t", kTextures + 1}, {"red", kBands},          {"green", kBands + 1},
+      {"blue", kBands + 2}, {"texture_u", kTextures}, {"texture_v", kTextures + 1}};
+  if (name.starts_with("diffuse_") && meaning_of(name.substr(8), false) >= kBands) name.remove_prefix(8);
+  for (const auto& [known, meaning] : kNames)
+    if (known == name) return meaning;
+  return kNothing;
+}
+
 struct Property {
-  std::string name;
+  int meaning = kNothing;  // its name is looked at once, not for every value
   Type type = Type::f32, count_type = Type::u8;
   bool list = false;
 };
 struct Element {
   std::string name;
+  bool vertex = false, face = false;
   uint64_t count = 0;
   std::vector<Property> properties;
 };
@@ -157,7 +175,7 @@ class PlyReader {
           return error(fmt::format("the format is \"{}\", but must be ascii, binary_little_endian or binary_big_endian",
                                    line[1]));
       } else if (line[0] == "element" && line.size() == 3) {
-        Element element{std::string(line[1]), 0, {}};
+        Element element{std::string(line[1]), line[1] == "vertex", line[1] == "face", 0, {}};
         const auto [end, bad] = std::from_chars(line[2].data(), line[2].data() + line[2].size(), element.count);
         if (bad != std::errc() || end != line[2].data() + line[2].size())
           return error(fmt::format("element {} has the count \"{}\", but needs a whole number", line[1], line[2]));
@@ -166,7 +184,7 @@ class PlyReader {
                  line.size() == (line[1] == "list" ? 5u : 3u)) {
         Property property;
         property.list = line.size() == 5;
-        property.name = line.back();
+        property.meaning = meaning_of(line.back(), property.list);
         TRY(property.type, type_of(line[line.size() - 2]));
         if (property.list) {
           TRY(property.count_type, type_of(line[2]));
@@ -239,7 +257,7 @@ class PlyReader {
   }
   Error end_error() const {
     return input_error(fmt::format("{}: byte {}: the file ends inside its {} elements; it is damaged or cut off", file_,
-                                   text_.size(), element_));
+                                   text_.size(), element_->name));
   }
 
   /// 0 to 255 of a band; floats count from 0 to 1.
@@ -248,16 +266,6 @@ class PlyReader {
     if (type == Type::u16) value *= 255.0 / 65535;
     return value > 0 ? static_cast<uint32_t>(std::lround(std::min(value, 255.0))) : 0;
   }
-  /// Which band a property is, 0 to 2; -1: none.
-  static int band_of(std::string_view name) {
-    for (const std::string_view prefix : {"", "diffuse_"})
-      for (int band = 0; band < 3; ++band)
-        if (name.starts_with(prefix) &&
-            name.substr(prefix.size()) == std::array{"red", "green", "blue"}[static_cast<size_t>(band)])
-          return band;
-    return -1;
-  }
-
   /// Faces with a colour have a material a colour.
   void use_colour(uint32_t colour) {
     const auto [found, added] =
@@ -269,34 +277,30 @@ class PlyReader {
   }
 
   Status read_element(const Element& element, uint64_t index) {
-    element_ = element.name;
-    const bool vertex = element.name == "vertex", face = element.name == "face";
-    Vec3d position(std::nan("")), normal(std::nan(""));
-    glm::dvec2 texture(std::nan(""));
-    uint32_t colour = 0, bands = 0;  // bands: a bit for each that is there
+    element_ = &element;
+    const bool vertex = element.vertex, face = element.face;
+    const double none = std::nan("");
+    double values[kBands] = {none, none, none, none, none, none, none, none};  // by meaning
+    uint32_t colour = 0, bands = 0;                                            // bands: a bit for each that is there
     for (const Property& property : element.properties) {
       double value = 0;
       if (property.list) {
         TRY_STATUS(read_number(property.count_type, value));
-        TRY_STATUS(
-            read_list(property, value, face && (property.name == "vertex_indices" || property.name == "vertex_index")));
+        TRY_STATUS(read_list(property, value, face && property.meaning == kCorners));
         continue;
       }
       TRY_STATUS(read_number(property.type, value));
-      if (!vertex && !face) continue;
-      const std::string& n = property.name;
-      if (const int band = band_of(n); band >= 0) {
+      if (property.meaning < kBands) {
+        values[property.meaning] = value;
+      } else if (property.meaning < kCorners) {
+        const int band = property.meaning - kBands;
         colour |= byte_of(property.type, value) << (16 - 8 * band);
         bands |= 1u << band;
       }
-      if (!vertex) continue;
-      for (int a = 0; a < 3; ++a) {
-        if (n.size() == 1 && n[0] == "xyz"[a]) position[a] = value;
-        if (n.size() == 2 && n[0] == 'n' && n[1] == "xyz"[a]) normal[a] = value;
-      }
-      if (n == "u" || n == "s" || n == "texture_u") texture.x = value;
-      if (n == "v" || n == "t" || n == "texture_v") texture.y = value;
     }
+    const Vec3d position(values[kPlaces], values[kPlaces + 1], values[kPlaces + 2]),
+        normal(values[kNormals], values[kNormals + 1], values[kNormals + 2]);
+    const glm::dvec2 texture(values[kTextures], values[kTextures + 1]);
     if (face && !points_) return add_face(bands == 7 ? std::optional(colour) : std::nullopt);
     if (!vertex) return {};
     if (points_) {
@@ -352,7 +356,7 @@ class PlyReader {
 
   std::string_view text_, file_;
   size_t at_ = 0;
-  std::string element_;  // that is being read
+  const Element* element_ = nullptr;  // that is being read
   Encoding encoding_ = Encoding::ascii;
   std::vector<Element> elements_;
   MeshBuilder builder_;
