@@ -7,7 +7,8 @@
 ///   one arithmetic code: of each leaf, in order of index_in_region, its symbol where it is uniform, else `count`, and
 ///   then the symbols of its 512 voxels, by index_in_leaf
 ///
-/// cost   8 to 25 ns a voxel of a mixed leaf, either way; voxels at random, which nothing predicts, up to 100
+/// cost   13 to 20 ns a voxel of a mixed leaf of Minecraft's terrain, either way (a Zstandard frame: 8 to 12); where
+///        nothing predicts, of 2 blocks at random 22, of 17 70, of 65,536 270; measured on a core of an AMD EPYC, 2026
 /// source Witten, Neal, Cleary. Arithmetic Coding for Data Compression. 1987; the coder of 32-bit bounds and 16-bit
 ///        probabilities: Mahoney. Data Compression Explained, section 4.1. 2010
 #pragma once
