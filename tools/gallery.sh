@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Makes the picture gallery in tools/gallery/ again, with the program itself. Real files come from ../shared/data; a
-# picture whose file is missing is skipped with a printed line. Six minutes on two cores (its parts summed, 2026-11-26) and
-# the time of the ladder of light models; all but half a minute for the pictures of light.
+# picture whose file is missing is skipped with a printed line. Six minutes on two cores (its parts summed, 2026-11-26)
+# and the time of the ladder of light models; all but half a minute for the pictures of light.
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 loam=${LOAM:-$root/build/release/loam}
@@ -50,7 +50,7 @@ reference() {  # reference SCENE SIZE SAMPLES
 reference cornell 360x360 256
 reference nightclub 480x270 128
 reference furnace 240x135 64
-reference fog_volumes 480x270 256
+reference fog_volumes 480x270 320
 reference gobo 480x270 256
 size=480x270 picture caustics caustics --backend raycast --set light_transport=photons --spp 128
 
