@@ -108,25 +108,35 @@ void FieldFlood::begin_regions(const DomainChange& change) {
 /// old level - 1 steps of a broken voxel. Likewise a voxel that gets brighter has a path of light from one whose right
 /// side is now above its level.
 void FieldFlood::check_leaf(LeafPos l) {
+  const RegionPos r = region_from_leaf(l);
+  const LightRegion& region = *field_.regions().find(r);
+  const LightLeafView self = region.leaf(index_in_region(l));
   const LeafOptics optics = optics_.leaf(l);
-  const LightLeafView self = field_.leaf(l);
-  LightLeafView beside[6];
+  uint64_t lit[8] = {};
   bool dark = !self.leaf && self.tile == 0;
-  for (int face = 0; face < world::kFaces; ++face) {
-    const VoxelPos step = world::face_step(face);
-    const LeafPos n = l + LeafPos{step.x, step.y, step.z};
-    beside[face] = domain_.contains(region_from_leaf(n)) ? field_.leaf(n) : LightLeafView{nullptr, 0};
-    dark &= !beside[face].leaf && beside[face].tile <= 1;
-  }
-  uint64_t lit[8] = {}, all_lit = ~0ull;
   if (is_sky_) {
     const uint64_t sky = sky_into(l);
     sky_through(*optics.stops_sky, sky, lit);
+    uint64_t all_lit = ~0ull;
     for (const uint64_t slice : lit) all_lit &= slice;
-    if (all_lit == ~0ull) return;  // what isn't right there is in the reach of its column
+    // Voxels that are sunlit, or were, are right or in the reach of their columns; closed dark ones are right.
+    if (all_lit == ~0ull) return;
+    uint64_t seen_to = ~0ull;
+    for (int x = 0; x < 8; ++x) seen_to &= lit[x] | self.equal(x, top_) | (optics.closed->word[x] & self.equal(x, 0));
+    if (seen_to == ~0ull) return;
     dark &= sky == 0;
   } else {
+    if (dark && optics.sources.empty() && optics.closed->is_all()) return;
     dark &= optics.sources.empty();
+  }
+  LightLeafView beside[6];
+  for (int face = 0; face < world::kFaces; ++face) {
+    const VoxelPos step = world::face_step(face);
+    const LeafPos n = l + LeafPos{step.x, step.y, step.z};
+    const RegionPos pos = region_from_leaf(n);
+    const LightRegion* other = pos == r ? &region : field_.regions().find(pos);
+    if (other) beside[face] = other->leaf(index_in_region(n));
+    dark &= !beside[face].leaf && beside[face].tile <= 1;
   }
   if (dark) return;
 

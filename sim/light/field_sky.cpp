@@ -178,26 +178,30 @@ void FieldFlood::follow_sky(std::span<const LeafPos> dirty, const DomainChange& 
     if (done.x == seed.x && done.z == seed.z && seed.y >= done.y) continue;
     // Downwards for as long as what leaves a leaf differs from before.
     const size_t first_reach = reaches_.size();
+    uint64_t into = sky_into(seed);
     for (LeafPos l = seed;;) {
       done = l;
-      const LightLeafView old = field_.leaf(l);
+      const RegionPos r = region_from_leaf(l);
+      const LightLeafView old = field_.regions().find(r)->leaf(index_in_region(l));
       uint64_t lit[8], differs[8], any = 0;
-      const uint64_t out = sky_through(*optics_.leaf(l).stops_sky, sky_into(l), lit);
+      const uint64_t out = sky_through(*optics_.leaf(l).stops_sky, into, lit);
       for (int x = 0; x < 8; ++x) differs[x] = lit[x] ^ old.equal(x, top_), any |= differs[x];
       if (!any) break;
       // What changes of one column is one reach.
       const VoxelBox changed = bounds_of(l, differs);
-      if (reaches_.size() > first_reach && l != seed)
+      if (reaches_.size() > first_reach)
         reaches_.back().box.include(changed);
       else
         reaches_.push_back({changed, top_ - 1});
       new_sky_.emplace_back(l, out);
       if (out == bottom_row(old, top_)) break;
+      into = out;
       l.y -= 1;
-      if (const RegionPos r = region_from_leaf(l); !domain_.contains(r)) {
+      if ((l.y & (kRegionLeaves - 1)) == kRegionLeaves - 1 && !domain_.contains(region_from_leaf(l))) {
         const auto below = domain_.below(r);
         if (!below) break;
         l.y = leaf_from_region(*below).y + kRegionLeaves - 1;
+        if (domain_.above(*below).unloaded) break;
       }
     }
   }

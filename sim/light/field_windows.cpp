@@ -98,6 +98,8 @@ void FieldFlood::mark_free(const Job& job, Worker& worker) const {
   for (int n = 0; n < 27; ++n) {
     Worker::RegionOptics& region = worker.regions[n];
     region.pos = worker.low_region + RegionPos{n / 9, n / 3 % 3, n % 3};
+    region.met = !is_empty(common(with_rim, leaf_box(region.pos, 0)));
+    if (!region.met) continue;
     region.light = field_.regions().find(region.pos);
     region.optics = optics_.region(region.pos);
   }
@@ -124,8 +126,8 @@ void FieldFlood::mark_free(const Job& job, Worker& worker) const {
         }
     }
     for (const Worker::RegionOptics& region : worker.regions) {
+      if (region.light || !region.met) continue;
       const LeafBox part = common(with_rim, leaf_box(region.pos, 0));
-      if (region.light || is_empty(part)) continue;
       const uint32_t bits = bit_range(part.min.x - worker.origin.x, part.max.x - worker.origin.x);
       for (int z = part.min.z - worker.origin.z; z <= part.max.z - worker.origin.z; ++z)
         for (int y = part.min.y - worker.origin.y; y <= part.max.y - worker.origin.y; ++y)
@@ -138,7 +140,6 @@ void FieldFlood::mark_free(const Job& job, Worker& worker) const {
     for (int y = 1; y < w.size[1] - 1; ++y) {
       const size_t row = static_cast<size_t>(w.row(y, z));
       worker.free[row] = reached[row] & inner;
-      worker.computed += static_cast<uint64_t>(std::popcount(worker.free[row]));
     }
 }
 
@@ -156,6 +157,7 @@ void FieldFlood::load(const Job& job, Worker& worker) const {
       for (uint32_t free = worker.free[r]; free; free &= free - 1) {
         const int x = std::countr_zero(free);
         const uint32_t bit = 1u << x;
+        ++worker.computed;
         const LeafPos l = worker.leaf_at(x, y, z);
         const LeafOptics optics = worker.region_of(l).optics.leaf(l);
         uint64_t& sky = worker.sky[static_cast<size_t>(x * w.size[2] + z)];

@@ -138,9 +138,9 @@ void FloodWindow::zero_front(int level) {
   if (!any_front(level)) return;
   moving &= ~(1u << level);
   uint32_t* f = front_of(level);
+  world::LeafMask* plane = &planes[static_cast<size_t>(level) % plane_count][kGuard];
   for (int r = 0; r < rows; ++r) {
-    for (uint32_t some = f[r]; some; some &= some - 1)
-      std::fill_n(got(level) + leaf(std::countr_zero(some), r) * kLeafWords, kLeafWords, 0);
+    for (uint32_t some = f[r]; some; some &= some - 1) plane[leaf(std::countr_zero(some), r)] = world::LeafMask();
     f[r] = 0;
   }
 }
@@ -151,7 +151,7 @@ void FloodWindow::clear_plane_for(int level) {
 }
 
 void FloodWindow::end() {
-  for (int level = 1; level <= world::kMaxLight; ++level) zero_front(level);
+  while (moving) zero_front(std::countr_zero(moving));
 }
 
 void FloodWindow::mark(int x, int row, int level, const uint64_t* voxels) {

@@ -25,6 +25,7 @@ struct FloodWorker {
   /// Of the 27 regions that a window may meet.
   struct RegionOptics {
     world::RegionPos pos;
+    bool met = false;                           // else the rest is of another window
     const world::LightRegion* light = nullptr;  // null: outside of the domain
     OpticsVolume::RegionOptics optics;
   };

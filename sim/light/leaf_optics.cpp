@@ -65,6 +65,14 @@ std::unique_ptr<OpticsVolume::Entry> OpticsVolume::entry_of(LeafPos l, const Lea
   };
   // The opaque mask is right but where blocks aren't plain.
   for (int i = 0; i < kLeafVoxels; ++i) {
+    if (const BlockId* b = leaf.values ? leaf.values + i : nullptr; b && i % 8 == 0) {
+      const int all = plain_[b[0]] & plain_[b[1]] & plain_[b[2]] & plain_[b[3]] & plain_[b[4]] & plain_[b[5]] &
+                      plain_[b[6]] & plain_[b[7]];
+      if (all) {
+        i += 7;
+        continue;
+      }
+    }
     if (plain_[leaf[i]]) continue;
     if (!entry) {
       entry = std::make_unique<Entry>();

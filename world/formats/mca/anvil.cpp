@@ -122,6 +122,8 @@ void read_level(nbt::Reader& in, Chunk& chunk, int depth) {
       read_level(in, chunk, depth + 1);
     } else if (e.name == "Status") {
       chunk.info.status = std::string(in.text(e).substr(0, 64));
+    } else if (e.name == "LightPopulated") {
+      chunk.info.light_populated = in.integer(e) != 0;
     } else if (e.name == "TerrainPopulated" && chunk.info.status.empty()) {
       chunk.info.status = std::to_string(in.integer(e));
     } else if (e.name == "Sections" || e.name == "sections") {

@@ -50,6 +50,7 @@ struct ChunkInfo {
   int32_t x = 0, z = 0;
   int data_version = 0;  // 0: older than 1.9, which didn't say
   std::string status;
+  bool light_populated = false;  // before 1.13: the game has finished the chunk's light
   int sections = 0, sections_with_blocks = 0;
   int min_section_y = 0, max_section_y = 0;  // where sections > 0
   int entities = 0, block_entities = 0;

@@ -291,6 +291,11 @@ std::optional<Translated> translate(const TranslationTable& table, const BlockSt
   return table.find({table.bare(state.name), state.properties}, 0);
 }
 
+std::string numeric_state(const TranslationTable& table, std::string_view text) {
+  const auto numeric = parse_numeric(text);
+  return numeric ? table.ids().state(numeric->id, numeric->data) : "";
+}
+
 std::string foreign_name(const TranslationTable& table, std::string_view loam_name) {
   const std::string name = table.foreign_name(loam_name);
   if (name.empty()) return name;

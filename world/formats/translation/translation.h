@@ -49,6 +49,8 @@ std::string state_text(const BlockState& state);
 class TranslationTable;
 /// "minecraft" or "luanti"; compiled in.
 const TranslationTable& translation_table(std::string_view game);
+/// "oak_log[axis=y]" for "17:0"; empty where the table has no such numeric id.
+std::string numeric_state(const TranslationTable& table, std::string_view text);
 /// What is wrong with a table, with its file, line and column: the first thing. `file_name` is for that.
 Status check_translation_table(std::string_view text, const std::string& file_name);
 
