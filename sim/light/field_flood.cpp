@@ -23,6 +23,17 @@ namespace {
 
 constexpr int kMostBox = FloodWindow::kMostLeaves - 2;  // leaves along an axis, without the rim
 
+/// Of all that give light in a leaf.
+LightReach reach_of_sources(LeafPos l, const LeafOptics& optics) {
+  LeafMask all;
+  int highest = 0;
+  for (const NumberedMask& source : optics.sources) {
+    highest = std::max<int>(highest, source.number);
+    for (int x = 0; x < 8; ++x) all.word[x] |= source.mask.word[x];
+  }
+  return {bounds_of(l, all.word), highest - 1};
+}
+
 }  // namespace
 
 FieldFlood::FieldFlood(const LightDomain& domain, const OpticsVolume& optics, LightField& field, FloodWorkers& workers,
@@ -51,15 +62,8 @@ void FieldFlood::compute_lamps(LightReport& report) {
   for (const RegionPos& r : domain_.columns()) field_.regions().find(r)->set_tile(0);
   reaches_.clear();
   for (const RegionPos& r : optics_.regions_with_sources())
-    optics_.for_each_source_leaf(r, [&](LeafPos l, const LeafOptics& optics) {
-      LeafMask all;
-      int highest = 0;
-      for (const NumberedMask& source : optics.sources) {
-        highest = std::max<int>(highest, source.number);
-        for (int x = 0; x < 8; ++x) all.word[x] |= source.mask.word[x];
-      }
-      reaches_.push_back({bounds_of(l, all.word), highest - 1});
-    });
+    optics_.for_each_source_leaf(
+        r, [&](LeafPos l, const LeafOptics& optics) { reaches_.push_back(reach_of_sources(l, optics)); });
   if (reaches_.empty()) return;
   std::vector<uint32_t> order;
   run_jobs(plan_jobs(order), report);
@@ -81,22 +85,31 @@ void FieldFlood::begin_regions(const DomainChange& change) {
   std::sort(downwards.begin(), downwards.end(), [](const RegionPos& a, const RegionPos& b) { return a.y > b.y; });
   for (const RegionPos& r : downwards) {
     LightRegion& region = *field_.regions().find(r);
-    region.split();
     const LeafPos low = leaf_from_region(r);
-    for (int x = 0; x < kRegionLeaves; ++x)
-      for (int z = 0; z < kRegionLeaves; ++z) {
-        const uint64_t sky = sky_into(low + LeafPos{x, kRegionLeaves - 1, z});
-        uint64_t lit[8];
-        sky_through(world::kNoneMask, sky, lit);
-        const LightLeaf column = sunlit(lit, top_);
-        for (int y = 0; y < kRegionLeaves; ++y) {
-          const int index = world::index_in_region({x, y, z});
-          if (sky == 0 || sky == ~0ull)
-            region.set_leaf(index, sky ? top_ : 0);
-          else
-            region.set_leaf(index, column);
-        }
+    std::array<uint64_t, static_cast<size_t>(kRegionLeaves) * kRegionLeaves> into;  // by x*16 + z
+    for (int i = 0; i < kRegionLeaves * kRegionLeaves; ++i)
+      into[static_cast<size_t>(i)] = sky_into(low + LeafPos{i / kRegionLeaves, kRegionLeaves - 1, i % kRegionLeaves});
+    const auto all_are = [&](uint64_t sky) {
+      return std::all_of(into.begin(), into.end(), [&](uint64_t s) { return s == sky; });
+    };
+    if (all_are(~0ull) || all_are(0)) {
+      region.set_tile(into[0] ? top_ : 0);
+      continue;
+    }
+    region.split();
+    for (int i = 0; i < kRegionLeaves * kRegionLeaves; ++i) {
+      const uint64_t sky = into[static_cast<size_t>(i)];
+      uint64_t lit[8];
+      sky_through(world::kNoneMask, sky, lit);
+      const LightLeaf column = sunlit(lit, top_);
+      for (int y = 0; y < kRegionLeaves; ++y) {
+        const int index = world::index_in_region({i / kRegionLeaves, y, i % kRegionLeaves});
+        if (sky == 0 || sky == ~0ull)
+          region.set_leaf(index, sky ? top_ : 0);
+        else
+          region.set_leaf(index, column);
       }
+    }
     region.join();
   }
 }
@@ -127,7 +140,6 @@ void FieldFlood::check_leaf(LeafPos l) {
     dark &= sky == 0;
   } else {
     if (dark && optics.sources.empty() && optics.closed->is_all()) return;
-    dark &= optics.sources.empty();
   }
   LightLeafView beside[6];
   for (int face = 0; face < world::kFaces; ++face) {
@@ -138,7 +150,10 @@ void FieldFlood::check_leaf(LeafPos l) {
     if (other) beside[face] = other->leaf(index_in_region(n));
     dark &= !beside[face].leaf && beside[face].tile <= 1;
   }
-  if (dark) return;
+  if (dark) {
+    if (!is_sky_ && !optics.sources.empty()) reaches_.push_back(reach_of_sources(l, optics));
+    return;
+  }
 
   // The levels as numbers of four bits, for a slice at a time; what the right sides give, and where that differs.
   uint64_t broken[8], any_broken = 0;

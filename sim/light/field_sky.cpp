@@ -164,9 +164,10 @@ void FieldFlood::find_free(RegionPos r) {
 }
 
 void FieldFlood::follow_sky(std::span<const LeafPos> dirty, const DomainChange& change) {
-  // Leaves whose columns may differ: those that changed, and those under regions that came or went.
+  // Leaves whose columns may differ: those that changed, and those under regions that were loaded or not, or that went
+  // with the blocks they had. Regions that come are of air until their leaves change.
   std::vector<LeafPos> seeds(dirty.begin(), dirty.end());
-  for (const auto* regions : {&change.added, &change.removed, &change.loaded_or_unloaded})
+  for (const auto* regions : {&change.removed, &change.loaded_or_unloaded})
     for (const RegionPos& r : *regions)
       if (const auto below = domain_.below(r))
         for (int i = 0; i < kRegionLeaves * kRegionLeaves; ++i)

@@ -180,6 +180,27 @@ TEST(LightCases, TheSkyGoesStraightDownAndSpreadsUnderRoofs) {
   EXPECT_EQ(s.light.volume().content_hash(), s.anew());
 }
 
+// Regions between that hold nothing are not kept: columns jump over them.
+TEST(LightCases, ARoofFarAboveShadesTheGroundAndGoes) {
+  Scene s;
+  s.fill({{0, 0, 0}, {40, 3, 40}}, s.block("stone"));
+  const uint64_t bare = s.light.volume().content_hash();
+  const VoxelBox roof{{5, 700, 5}, {30, 701, 30}};
+  s.fill(roof, s.block("stone"));
+  EXPECT_EQ(s.sky({17, 4, 17}), 2);  // 13 steps from beside its shadow
+  EXPECT_EQ(s.light.volume().content_hash(), s.anew());
+  s.set({17, 700, 17}, kAir);
+  s.set({17, 701, 17}, kAir);
+  EXPECT_EQ(s.sky({17, 4, 17}), 15);
+  EXPECT_EQ(s.light.volume().content_hash(), s.anew());
+  s.fill(roof, kAir);
+  EXPECT_EQ(s.sky({20, 4, 20}), 15);
+  EXPECT_EQ(s.light.volume().content_hash(), bare);
+  s.fill({{10, 300, 10}, {12, 300, 12}}, s.block("stone"));  // in the gap
+  s.fill(roof, s.block("glass"));
+  EXPECT_EQ(s.light.volume().content_hash(), s.anew());
+}
+
 /// Position under one of the 48 symmetries of the cube about the origin; the first 8 keep y.
 VoxelPos under_symmetry(VoxelPos v, int s) {
   static const int kAxes[6][3] = {{0, 1, 2}, {2, 1, 0}, {1, 0, 2}, {1, 2, 0}, {0, 2, 1}, {2, 0, 1}};
