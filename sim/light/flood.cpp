@@ -104,7 +104,8 @@ LightReport FloodLight::update() {
 }
 
 bool FloodLight::follow_palette() {
-  if (!own_rules_ || rules_.bands.size() == store_.palette().size()) return false;
+  if (!own_rules_) CHECK_LE(store_.palette().size(), rules_.all_bands.size());
+  if (rules_.bands.size() >= store_.palette().size()) return false;
   for (size_t id = rules_.bands.size(); id < store_.palette().size(); ++id) {
     rules_.bands.push_back(optics_of(store_.palette()[static_cast<world::BlockId>(id)]));
     rules_.all_bands.push_back(brightest(rules_.bands.back()));
