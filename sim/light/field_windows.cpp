@@ -21,6 +21,28 @@ using world::RegionPos;
 using world::VoxelBox;
 using world::VoxelPos;
 
+namespace {
+
+/// Bit l: some voxel has level l; of levels up to `top`.
+uint32_t levels_in(const LightLeaf& leaf, int top) {
+  // Most leaves are of voxels that the sky reaches or that nothing does.
+  uint64_t others = 0, lit = 0;
+  for (int x = 0; x < 8; ++x) {
+    const uint64_t at_top = leaf.equal(x, top);
+    lit |= at_top, others |= ~(at_top | leaf.equal(x, 0));
+  }
+  uint32_t levels = lit ? 1u << top : 0;
+  for (int level = 1; others && level < top; ++level)
+    for (int x = 0; x < 8; ++x)
+      if (leaf.equal(x, level)) {
+        levels |= 1u << level;
+        break;
+      }
+  return levels;
+}
+
+}  // namespace
+
 FloodWorkers::FloodWorkers() = default;
 FloodWorkers::~FloodWorkers() = default;
 void FloodWorkers::at_least(size_t count) {
@@ -231,16 +253,11 @@ void FieldFlood::fix_rim(Worker& worker) const {
         const LightRegion* light = worker.region_of(l).light;
         if (!light) continue;
         const LightLeafView leaf = light->leaf(index_in_region(l));
-        uint32_t levels = 0;
-        if (!leaf.leaf)
-          levels = 1u << leaf.tile;
-        else
-          for (int level = 2; level <= top_; ++level)
-            for (int s = 0; s < 8; ++s)
-              if (leaf.leaf->equal(s, level)) {
-                levels |= 1u << level;
-                break;
-              }
+        if (!leaf.leaf && leaf.tile == top_) {
+          w.inject(x, row, top_, kOnes);
+          continue;
+        }
+        uint32_t levels = leaf.leaf ? levels_in(*leaf.leaf, top_) : 1u << leaf.tile;
         if (levels &= ~3u) worker.fixed.push_back({x, row, levels, leaf});
       }
     }
