@@ -180,30 +180,45 @@ void FieldFlood::follow_sky(std::span<const LeafPos> dirty, const DomainChange& 
     // Downwards for as long as what leaves a leaf differs from before.
     const size_t first_reach = reaches_.size();
     uint64_t into = sky_into(seed);
+    RegionPos r = region_from_leaf(seed);
+    const LightRegion* light = field_.regions().find(r);
+    OpticsVolume::RegionOptics optics = optics_.region(r);
     for (LeafPos l = seed;;) {
       done = l;
-      const RegionPos r = region_from_leaf(l);
-      const LightLeafView old = field_.regions().find(r)->leaf(index_in_region(l));
-      uint64_t lit[8], differs[8], any = 0;
-      const uint64_t out = sky_through(*optics_.leaf(l).stops_sky, into, lit);
-      for (int x = 0; x < 8; ++x) differs[x] = lit[x] ^ old.equal(x, top_), any |= differs[x];
-      if (!any) break;
+      const LightLeafView old = light->leaf(index_in_region(l));
+      const LeafMask& stops = *optics.leaf(l).stops_sky;
+      uint64_t out = into, old_out = 0;
+      VoxelBox changed;
+      if (!old.leaf && &stops == &world::kNoneMask && (into == 0 || into == ~0ull)) {
+        old_out = old.tile == top_ ? ~0ull : 0;
+        if (out == old_out) break;
+        constexpr int kLast = world::kLeafSize - 1;
+        changed = {voxel_from_leaf(l), voxel_from_leaf(l) + VoxelPos{kLast, kLast, kLast}};
+      } else {
+        uint64_t lit[8], differs[8], any = 0;
+        out = sky_through(stops, into, lit);
+        for (int x = 0; x < 8; ++x) differs[x] = lit[x] ^ old.equal(x, top_), any |= differs[x];
+        if (!any) break;
+        changed = bounds_of(l, differs);
+        old_out = bottom_row(old, top_);
+      }
       // What changes of one column is one reach.
-      const VoxelBox changed = bounds_of(l, differs);
       if (reaches_.size() > first_reach)
         reaches_.back().box.include(changed);
       else
         reaches_.push_back({changed, top_ - 1});
       new_sky_.emplace_back(l, out);
-      if (out == bottom_row(old, top_)) break;
+      if (out == old_out) break;
       into = out;
       l.y -= 1;
-      if ((l.y & (kRegionLeaves - 1)) == kRegionLeaves - 1 && !domain_.contains(region_from_leaf(l))) {
-        const auto below = domain_.below(r);
-        if (!below) break;
-        l.y = leaf_from_region(*below).y + kRegionLeaves - 1;
-        if (domain_.above(*below).unloaded) break;
-      }
+      if ((l.y & (kRegionLeaves - 1)) != kRegionLeaves - 1) continue;
+      // The next region of the column.
+      const auto below = domain_.below(r);
+      if (!below || domain_.above(*below).unloaded) break;
+      r = *below;
+      l.y = leaf_from_region(r).y + kRegionLeaves - 1;
+      light = field_.regions().find(r);
+      optics = optics_.region(r);
     }
   }
 }

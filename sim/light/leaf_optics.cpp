@@ -1,6 +1,7 @@
 #include "sim/light/leaf_optics.h"
 
 #include <algorithm>
+#include <unordered_map>
 
 #include "world/base/jobs.h"
 
@@ -132,10 +133,23 @@ std::vector<RegionPos> OpticsVolume::regions_with_sources() const {
 }
 
 void OpticsVolume::update(std::span<const LeafPos> changed) {
+  // Of many leaves most lie in regions whose census says that none needs an entry.
+  constexpr size_t kMany = 16;
+  std::unordered_map<RegionPos, bool, world::PosHash> plain_regions;
+  const auto is_plain_region = [&](RegionPos r) {
+    const auto [known, added] = plain_regions.try_emplace(r, false);
+    if (added) {
+      const world::Census census = store_->region_census(r);
+      known->second =
+          std::all_of(census.begin(), census.end(), [&](const auto& row) { return plain_[row.first] != 0; });
+    }
+    return known->second;
+  };
   for (const LeafPos& l : changed) {
-    const LeafBlocks leaf = store_->leaf(l);
     const RegionPos r = world::region_from_leaf(l);
     Region* region = regions_.find(r);
+    if (!region && changed.size() >= kMany && is_plain_region(r)) continue;
+    const LeafBlocks leaf = store_->leaf(l);
     std::unique_ptr<Entry> entry = !leaf.values && plain_[leaf.uniform] ? nullptr : entry_of(l, leaf);
     if (!entry && !region) continue;
     if (!region) region = &regions_.insert(r);
