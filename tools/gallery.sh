@@ -58,14 +58,14 @@ size=480x270 picture caustics caustics --backend raycast --set light_transport=p
 light_ladder() {
   local folder rung names="" pictures="" facts="" text
   folder=$(mktemp -d)
-  local reference=(render cave --backend reference --spp 256 --size 480x270 --resume "$folder/film")
+  local reference=(render cave --backend reference --spp 1024 --size 320x180 --resume "$folder/film")
   "$loam" "${reference[@]}" -o "$folder/reference.exr" --json >"$folder/reference.json"
   "$loam" "${reference[@]}" -o "$gallery/cave-reference.png" | head -n 1
   for rung in none flood4 flood_rgb flux reference; do
     if [[ $rung == reference ]]; then
-      text=$(sed -n 's/.*"ms":\([0-9]*\)[^,]*,"passes".*/\1 ms, 256 samples a pixel/p' "$folder/reference.json")
+      text=$(sed -n 's/.*"ms":\([0-9]*\)\.[0-9]*,"nan_samples".*/\1 ms, 1024 samples a pixel/p' "$folder/reference.json")
     else
-      local drawn=(render cave --backend raycast --set "light_model=$rung" --size 480x270)
+      local drawn=(render cave --backend raycast --set "light_model=$rung" --size 320x180)
       "$loam" "${drawn[@]}" -o "$gallery/cave-$rung.png" | head -n 1
       "$loam" "${drawn[@]}" -o "$folder/$rung.exr" --json >"$folder/$rung.json"
       text=$(sed -n 's/.*"light":{[^}]*"ms":\([0-9]*\.\?[0-9]\?\).*/\1 ms, /p' "$folder/$rung.json")
