@@ -9,7 +9,7 @@
 
 namespace render {
 
-enum class SunShadow { none, sky_light, ray };
+enum class SunShadow { none, sky_light, map, ray };
 enum class LightInterpolation { face, vertex, linear };  // in the order of shared::kLight...
 using world::LightModel;
 enum class FaceEdges { hardware, exact };
@@ -18,7 +18,7 @@ enum class LightTransport { direct, ambient_occlusion, whitted, path, photons };
 enum class SampleSequence { random, sobol };
 enum class DensityTracking { delta, exact };
 enum class GlossLobe { exact, published, fresnel };  // in the order of shared::kGloss...
-constexpr auto knob_choices(SunShadow) { return std::array<std::string_view, 3>{"none", "sky_light", "ray"}; }
+constexpr auto knob_choices(SunShadow) { return std::array<std::string_view, 4>{"none", "sky_light", "map", "ray"}; }
 constexpr auto knob_choices(LightInterpolation) { return std::array<std::string_view, 3>{"face", "vertex", "linear"}; }
 constexpr auto knob_choices(FaceEdges) { return std::array<std::string_view, 2>{"hardware", "exact"}; }
 constexpr auto knob_choices(LightTransport) {

@@ -29,12 +29,12 @@ struct Shading {
   Shading(const world::Environment& environment, const world::BlockPalette& palette);
 
   Rgb face_radiance(world::BlockId block, int face, bool sun_visible) const {
-    return face_radiance(block, face, sun_visible, sky_lit[face]);
+    return face_radiance(block, face, sun_visible ? 1.0f : 0.0f, sky_lit[face]);
   }
-  /// `lit`: radiance of an albedo of 1 there without the sun.
-  Rgb face_radiance(world::BlockId block, int face, bool sun_visible, Rgb lit) const {
+  /// `sun`: the part of its light that arrives. `lit`: radiance of an albedo of 1 there without it.
+  Rgb face_radiance(world::BlockId block, int face, float sun, Rgb lit) const {
     const Material& m = materials[block];
-    if (sun_visible) lit = lit + sun_lit[face];
+    lit = lit + sun_lit[face] * sun;
     return {m.albedo[0] * lit.r + m.emitted[0], m.albedo[1] * lit.g + m.emitted[1], m.albedo[2] * lit.b + m.emitted[2]};
   }
 };

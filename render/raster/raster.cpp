@@ -86,6 +86,12 @@ class Raster : public RasterBackend {
     light_.follow(view, light, knobs.light_model);
     TRY(const uint64_t light_bytes, rasterizer_->light_grid().follow(rasterizer_->device(), light_));
     bytes += light_bytes;
+    if (knobs.sun_shadow == SunShadow::map)
+      TRY_STATUS(sun_map_.follow(view, rays_.stream(view.store(), world::MaskKind::opaque), knobs.sun_map_texel));
+    else
+      sun_map_.clear();
+    TRY(const uint64_t map_bytes, rasterizer_->follow_sun_map(sun_map_));
+    bytes += map_bytes;
     if (knobs.sun_shadow == SunShadow::ray || knobs.corner_occlusion) {
       TRY(const uint64_t more, send_shadow_grid(view, dirty));
       bytes += more;
@@ -140,6 +146,8 @@ class Raster : public RasterBackend {
   std::vector<std::string> earlier_messages_;  // of devices that were lost
   Extractor extractor_;
   SurfaceLight light_;
+  SunMap sun_map_;
+  world::StoreRays rays_;      // for the map
   uint64_t store_ = 0;         // identity of the world that was extracted
   uint64_t shadow_store_ = 0;  // and of the one whose shadow grid is on the device; 0: none, or behind
   int subscriber_ = 0;

@@ -31,7 +31,8 @@ SHARED_CONST uint kBindLightRegions =
 SHARED_CONST uint kBindLightLeafOf = 15;  // uint[]   4096 a region: 1 + place of the leaf's record; 0: no visible face
 SHARED_CONST uint kBindLightLeaves = 16;  // uint[]   kLightLeafWords a leaf, SurfaceLightLeaf
 SHARED_CONST uint kBindLightCodes = 17;   // uint[]   a visible face
-SHARED_CONST uint kBindings = 18;
+SHARED_CONST uint kBindSunMap = 18;       // float[]  depths of the sun's map, row by row
+SHARED_CONST uint kBindings = 19;
 
 SHARED_CONST uint kTilePixels = 8;  // a tile of the occlusion test is 8 x 8 pixels
 
@@ -56,7 +57,7 @@ SHARED_CONST uint kSpecCornerOcclusion = 4;  // bool
 SHARED_CONST uint kLightLeafWords = 128u, kLightBefore = 96u, kLightFirst = 120u;
 SHARED_CONST uint kLightUnknown = 0xffffffffu;
 SHARED_CONST uint kLightNone = 0u, kLightLevels = 1u, kLightIrradiance = 2u;
-SHARED_CONST uint kSunShadowSkyLight = 1u, kSunShadowRay = 2u;
+SHARED_CONST uint kSunShadowSkyLight = 1u, kSunShadowMap = 2u, kSunShadowRay = 3u;
 
 /// One picture. Only members of 16 bytes, so that every layout rule places them alike.
 struct PictureConstants {
@@ -71,8 +72,10 @@ struct PictureConstants {
   ivec4 camera_voxel;
   ivec4 region_min, region_max;       // of the shadow grid, inclusive; w of region_min: slots in its table less 1
   vec4 level_sky[4], level_block[4];  // by level: SurfaceLightDecoder
-  ivec4 light;                        // x: slots of the light's table less 1
-  vec4 screen;                        // x: width, y: height, z: metres at view depth 1 that are 1.25/256 pixel
+  vec4 map_u, map_v, map_w;           // of the sun's map: SunMapFrame
+  ivec4 map_low, map_size;
+  ivec4 light;  // x: slots of the light's table less 1
+  vec4 screen;  // x: width, y: height, z: metres at view depth 1 that are 1.25/256 pixel
 };
 
 SHARED uint region_hash(int x, int y, int z) {
@@ -85,7 +88,7 @@ SHARED uint region_hash(int x, int y, int z) {
 SHARED_CONST uint kSeenFaceShift = 16u;
 
 #ifdef __cplusplus
-static_assert(sizeof(PictureConstants) == (13 + 12 + 9 + 3) * 16);
+static_assert(sizeof(PictureConstants) == (13 + 12 + 14 + 3) * 16);
 }  // namespace render::raster
 #endif
 #endif

@@ -113,6 +113,7 @@ world::Status Rasterizer::open(const gpu::DeviceOptions& options) {
   VK_CHECK(vkCreateQueryPool(device_->handle(), &queries, nullptr, &pool));
   times_ = gpu::Owned<VkQueryPool>(*device_, pool);
   TRY_STATUS(light_grid_.open(*device_));
+  TRY(sun_map_, gpu::make_buffer(*device_, 0, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::MemoryUse::upload));
   return shadow_grid_.open(*device_);
 }
 
@@ -235,6 +236,7 @@ world::Status Rasterizer::write_sets() {
     write(set, kBindLightLeafOf, light_grid_.leaf_of());
     write(set, kBindLightLeaves, light_grid_.leaves());
     write(set, kBindLightCodes, light_grid_.codes());
+    write(set, kBindSunMap, sun_map_);
     write(set, kBindTiles, targets_.tiles);
     write(set, kBindCandidates, candidates_);
     write(set, kBindDraws, draws_);
@@ -358,6 +360,19 @@ void Rasterizer::record(VkCommandBuffer commands, VkPipeline faces, VkPipeline s
   time(4);
 }
 
+world::Result<uint64_t> Rasterizer::follow_sun_map(const SunMap& map) {
+  if (map.version() == sun_map_version_) return uint64_t{0};
+  const uint64_t bytes = map.depths().size() * sizeof(float);
+  const uint64_t limit = std::min<uint64_t>(binding_limit, device_->limits().maxStorageBufferRange);
+  if (bytes > limit)
+    return world::usage_error("the sun's map is too large for this device (" + std::to_string(bytes >> 20) +
+                              " MiB, at most " + std::to_string(limit >> 20) + "); set a larger sun_map_texel");
+  TRY_STATUS(fill(sun_map_, map.depths().data(), bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
+  sun_map_frame_ = map.frame();
+  sun_map_version_ = map.version();
+  return bytes;
+}
+
 world::Result<Frame> Rasterizer::draw(const Camera& placed, const world::Environment& environment,
                                       const Shading& shading, SurfaceLight::Kind light, const RenderKnobs& knobs,
                                       double near, int width, int height) {
@@ -380,9 +395,11 @@ world::Result<Frame> Rasterizer::draw(const Camera& placed, const world::Environ
 
   // What the shaders read.
   const auto fill_start = Clock::now();
-  const PictureConstants constants =
+  PictureConstants constants =
       picture_constants(camera, rays, environment, shading, SurfaceLightDecoder(light, shading), knobs, shadow_grid_,
                         light_grid_, near, width, height);
+  constants.map_u = sun_map_frame_.u, constants.map_v = sun_map_frame_.v, constants.map_w = sun_map_frame_.w;
+  constants.map_low = sun_map_frame_.low, constants.map_size = sun_map_frame_.size;
   TRY_STATUS(fill(picture_, &constants, sizeof constants, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT));
   TRY_STATUS(fill(chunks_, list_.chunks.data(), list_.chunks.size() * sizeof(ChunkCorner),
                   VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));

@@ -9,6 +9,7 @@
 #include "render/raster/culling.h"
 #include "render/raster/face_pool.h"
 #include "render/raster/pipelines.h"
+#include "render/light/sun_map.h"
 #include "render/raster/light_grid.h"
 #include "render/raster/shadow_grid.h"
 #include "render/shading.h"
@@ -30,6 +31,8 @@ class Rasterizer {
   /// Used where knobs.sun_shadow is ray, and for corner_occlusion.
   ShadowGrid& shadow_grid() { return shadow_grid_; }
   LightGrid& light_grid() { return light_grid_; }
+  /// Sends the map where it has a new version. Returns the bytes sent.
+  world::Result<uint64_t> follow_sun_map(const SunMap& map);
   /// Bytes that one storage buffer binding may reach, at most the device's; tests lower it.
   uint64_t binding_limit = ~uint64_t{0};
 
@@ -60,6 +63,9 @@ class Rasterizer {
   FacePool pool_;
   ShadowGrid shadow_grid_;
   LightGrid light_grid_;
+  gpu::Buffer sun_map_;
+  shared::SunMapFrame sun_map_frame_{};
+  uint64_t sun_map_version_ = 0;
   Targets targets_;
   gpu::Owned<VkDescriptorPool> descriptors_;
   uint32_t descriptor_sets_ = 0;

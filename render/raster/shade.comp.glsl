@@ -3,6 +3,7 @@
 #extension GL_EXT_samplerless_texture_functions : require
 // Radiance of each pixel from what it sees: the formula of render/shading.h, and the sky where it sees nothing.
 #include "render/raster/raster.shared.h"
+#include "render/light/sun_map.shared.h"
 #include "render/light/surface_light.shared.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -24,6 +25,7 @@ layout(binding = kBindLightRegions, std430) readonly buffer LightRegions { ivec4
 layout(binding = kBindLightLeafOf, std430) readonly buffer LightLeafOf { uint light_leaf_of[]; };
 layout(binding = kBindLightLeaves, std430) readonly buffer LightLeaves { uint light_leaves[]; };
 layout(binding = kBindLightCodes, std430) readonly buffer LightCodes { uint light_codes[]; };
+layout(binding = kBindSunMap, std430) readonly buffer SunMap { float sun_map[]; };
 
 /// The place of a region in `groups`, or -1 where all of it is clear.
 int find_region(ivec3 region) {
@@ -81,6 +83,17 @@ bool sun_visible(const ivec3 start, const vec3 fraction) {
     }
   }
   return true;
+}
+
+/// SunMap::lit()
+float sun_map_at(const ivec3 voxel, const vec3 fraction, const uint axis) {
+  const SunMapFrame frame = SunMapFrame(picture.map_u, picture.map_v, picture.map_w, picture.map_low, picture.map_size);
+  const vec3 place = sun_map_place(frame, vec3(voxel - frame.low.xyz) + fraction);
+  const vec2 at = place.xy - 0.5;
+  if (!(at.x >= 0.0 && at.y >= 0.0 && at.x < float(frame.size.x - 1) && at.y < float(frame.size.y - 1))) return 1.0;
+  const uint first = uint(at.y) * uint(frame.size.x) + uint(at.x), next = first + uint(frame.size.x);
+  const vec4 depths = vec4(sun_map[first], sun_map[first + 1u], sun_map[next], sun_map[next + 1u]);
+  return sun_map_lit(depths, fract(at), place.z - sun_map_bias(frame.w.w, abs(picture.sun[axis])));
 }
 
 /// SurfaceLight::code()
@@ -222,7 +235,9 @@ void main() {
         if (kSunShadow == kSunShadowSkyLight) visible = visible && sees_whole_sky(code);
         lit = light_on_face(voxel, face, at, code);
       }
-      if (visible) lit += picture.sun_lit[face].rgb;
+      float sun = visible ? 1.0 : 0.0;
+      if (kSunShadow == kSunShadowMap && visible) sun = sun_map_at(picture.camera_voxel.xyz + start, fraction, axis);
+      lit += sun * picture.sun_lit[face].rgb;
       colour = materials[2u * block].rgb * lit + materials[2u * block + 1u].rgb;
     }
   }

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "render/shading.h"
+#include "render/light/sun_map.h"
 #include "render/light/surface_light.h"
 #include "render/bsdf/bsdf.h"
 #include "render/trace/picture.h"
@@ -59,7 +60,7 @@ class Picture {
  public:
   Picture(const world::WorldView& view, const RayStream& occupied, const world::ParallelRays& sun_rays,
           const MaskWalker& opaque, const world::StoreContours::Followed* contours, const SurfaceLight& light,
-          const Camera& camera, const RenderKnobs& knobs, int width, int height, Image& image)
+          const SunMap& sun_map, const Camera& camera, const RenderKnobs& knobs, int width, int height, Image& image)
       : view_(view),
         camera_(camera.position),
         rays_(camera, width, height),
@@ -70,6 +71,7 @@ class Picture {
         opaque_(opaque),
         shading_(view.environment(), view.palette()),
         light_(light),
+        sun_map_(sun_map),
         decoder_(light.kind(), shading_),
         lit_by_cells_(light.kind() != SurfaceLight::Kind::none || knobs.corner_occlusion),
         contours_(contours),
@@ -115,6 +117,7 @@ class Picture {
     GridHit hits[kMost];
     Vec3d normals[kMost];  // of contours, where there are any; 0 on faces
     bool sunlit[kMost];
+    float sun[kMost];  // the part of its light that arrives on faces
     LeafCache blocks{reader};
 
     auto start = Clock::now();
@@ -143,6 +146,10 @@ class Picture {
     if (knobs_.sun_shadow == SunShadow::sky_light)
       for (int i = 0; i < count; ++i)
         if (hits[i].hit()) sunlit[i] = sees_whole_sky(light_.code(hits[i].voxel, hits[i].face));
+    for (int i = 0; i < count; ++i) sun[i] = sunlit[i] ? 1.0f : 0.0f;
+    if (knobs_.sun_shadow == SunShadow::map)
+      for (int i = 0; i < count; ++i)
+        if (hits[i].hit() && shading_.sun_faces[hits[i].face]) sun[i] = sun_map_at(rays[i], hits[i]);
     spent.shadow_ms += ms_since(start);
 
     start = Clock::now();
@@ -156,10 +163,16 @@ class Picture {
                                 blocks.get(contours_->walker.matter_voxel(hits[i].voxel, normals[i])), normals[i],
                                 sunlit[i]);
       else
-        pixel = shading_.face_radiance(blocks.get(hits[i].voxel), hits[i].face, sunlit[i],
+        pixel = shading_.face_radiance(blocks.get(hits[i].voxel), hits[i].face, sun[i],
                                        lit_by_cells_ ? light_at(rays[i], hits[i]) : shading_.sky_lit[hits[i].face]);
     }
     spent.shade_ms += ms_since(start);
+  }
+
+  float sun_map_at(const GridRay& ray, const GridHit& hit) const {
+    const world::GridRay to_sun = world::ray_from_surface(ray, hit, view_.environment().sun_direction);
+    const float cosine = static_cast<float>(std::abs(view_.environment().sun_direction[world::face_axis(hit.face)]));
+    return sun_map_.lit({to_sun.voxel, to_sun.fraction}, cosine);
   }
 
   Rgb light_at(const GridRay& ray, const GridHit& hit) const {
@@ -243,6 +256,7 @@ class Picture {
   const MaskWalker &occupied_, &opaque_;
   Shading shading_;
   const SurfaceLight& light_;
+  const SunMap& sun_map_;
   SurfaceLightDecoder decoder_;
   bool lit_by_cells_;                               // not by the open sky alone
   const world::StoreContours::Followed* contours_;  // null: all voxels are cubes
@@ -287,8 +301,12 @@ class RaycastBackend : public Backend {
         contours_.follow(view.store(), static_cast<world::ContourShape>(knobs.contours), knobs.contour_iso);
     TRY_STATUS(check_light(light, knobs));
     light_.follow(view, light, knobs.light_model);
-    const Picture picture(view, occupied, sun_rays, opaque.walker(), contours, light_, camera, knobs, width, height,
-                          frame.image);
+    if (knobs.sun_shadow == SunShadow::map)
+      TRY_STATUS(sun_map_.follow(view, opaque, knobs.sun_map_texel));
+    else
+      sun_map_.clear();
+    const Picture picture(view, occupied, sun_rays, opaque.walker(), contours, light_, sun_map_, camera, knobs, width,
+                          height, frame.image);
     const double prepare_ms = ms_since(start);
     Spent total;
     std::mutex adding;
@@ -304,7 +322,7 @@ class RaycastBackend : public Backend {
     // Threads' times, scaled to their share of the picture's.
     const double sum = total.primary_ms + total.shadow_ms + total.shade_ms;
     const double share = sum > 0 ? (report.ms - prepare_ms) / sum : 0;
-    report.passes = {{"prepare", prepare_ms, 0, rays_.bytes() + contours_.bytes() + light_.bytes()},
+    report.passes = {{"prepare", prepare_ms, 0, rays_.bytes() + contours_.bytes() + light_.bytes() + sun_map_.bytes()},
                      {"primary", total.primary_ms * share}};
     if (knobs.sun_shadow == SunShadow::ray) report.passes.push_back({"sun_shadow", total.shadow_ms * share});
     report.passes.push_back({"shade", total.shade_ms * share});
@@ -316,6 +334,7 @@ class RaycastBackend : public Backend {
   world::StoreRays rays_;
   world::StoreContours contours_;
   SurfaceLight light_;
+  SunMap sun_map_;
 };
 
 }  // namespace

@@ -1,7 +1,7 @@
 /// What shadows cost, and what is wrong without them, or with a point in place of a lamp of some size.
 ///
-/// sun   128 m of the valley under the sun alone: none, where the sky's level is below 15, or one ray a point, right to
-///       2e-5
+/// sun   128 m of the valley under the sun alone: none, where the sky's level is below 15, by a map of 1 to 8 texels a
+///       metre, or one ray a point, right to 2e-5
 /// lamp  a square lamp 4 m wide, 12 m above a floor with pillars: an omni of its radiant intensity along its axis,
 ///       without shadows and with them; the lamp itself with 1 to 64 samples a point
 /// One point for each of 48 x 32 pixels; light scatters once. The reference is path tracing, which samples the lamp by
@@ -100,22 +100,30 @@ void add_subject_shadow_kinds(Registry& registry) {
     add("sun without shadow", "sun", 0, false, valley, valley, knobs);
     knobs.sun_shadow = SunShadow::ray;
     add("sun with a ray", "sun", 1, true, valley, valley, knobs);
-    {
-      RenderKnobs by_sky;
-      by_sky.light_model = render::LightModel::flood4, by_sky.sun_shadow = SunShadow::sky_light;
-      add("sun by the sky's level", "sun", 0, false, valley, valley, by_sky);
-      Setting& s = settings.back();
+    // By what backends draw.
+    const auto add_drawn = [&](const std::string& method, int knob, const RenderKnobs& drawn) {
+      Setting s{.method = method, .setting = fmt::format("{}@{}", method, knob), .problem = "sun"};
+      s.knob = knob;
       s.measure = [=, &context](uint64_t) {
         const auto truth = context.shared<LineHalves>("shadow_kinds sun", [&] {
           return std::make_shared<LineHalves>(line_halves(*valley, RenderKnobs{}, 1, samples, context.seed()));
         });
-        const auto seen = valley->raycast(by_sky);
+        const auto seen = valley->raycast(drawn);
         return ErrorSample{{relative_rms(seen, *truth)}, relative_bias(seen, *truth)};
       };
       s.run = [=] {
-        keep(valley->raycast(by_sky));
+        keep(valley->raycast(drawn));
         return static_cast<double>(valley->size());
       };
+      settings.push_back(std::move(s));
+    };
+    RenderKnobs drawn;
+    drawn.light_model = render::LightModel::flood4, drawn.sun_shadow = SunShadow::sky_light;
+    add_drawn("sun by the sky's level", 0, drawn);
+    drawn.light_model = render::LightModel::none, drawn.sun_shadow = SunShadow::map;
+    for (const int texels_a_metre : {1, 2, 4, 8}) {
+      drawn.sun_map_texel = 1.0f / static_cast<float>(texels_a_metre);
+      add_drawn("sun by a map", texels_a_metre, drawn);
     }
 
     TRY(const Lines right, pillars_under(Lamp::rectangle));
