@@ -25,8 +25,8 @@ const std::vector<Module>& modules() {
     std::vector<std::string_view> below;
     for (std::string_view prefix :
          {"world/base/", "world/numbers/", "world/units/", "world/space/", "world/blocks/", "world/luminaires/",
-          "world/media/", "world/meshes/", "world/proxies/", "world/scenes/camera.", "world/scenes/environment.", "world/scenes/sky.",
-          "world/store/", "world/world.", "world/saves/"}) {
+          "world/media/", "world/meshes/", "world/proxies/", "world/scenes/camera.", "world/scenes/environment.",
+          "world/scenes/sky.", "world/store/", "world/world.", "world/saves/"}) {
       t.push_back({prefix, below});
       below.push_back(prefix);
     }

@@ -278,10 +278,11 @@ Status write_vox(const World& world, const std::filesystem::path& path) {
     for (int lx = first.x; lx <= last.x && cell.voxels; ++lx)
       for (int ly = first.y; ly <= last.y; ++ly)
         for (int lz = first.z; lz <= last.z; ++lz)
-          for_each_voxel({lx, ly, lz}, world.store.leaf({lx, ly, lz}), [&](VoxelPos v, BlockId block) {
-            for (const int c : {v.x - low.x, cell.box.max.z - v.z, v.y - low.y}) piece += static_cast<char>(c);
-            piece += static_cast<char>(palette.colour_of[block]);
-          });
+          for_each_voxel({lx, ly, lz}, world.store.leaf({lx, ly, lz}),
+                         [&, far = cell.box.max.z](VoxelPos v, BlockId block) {
+                           for (const int c : {v.x - low.x, far - v.z, v.y - low.y}) piece += static_cast<char>(c);
+                           piece += static_cast<char>(palette.colour_of[block]);
+                         });
     out << piece;
   }
   out << rest;
