@@ -21,8 +21,10 @@ TEST_F(Command, WrongUseExitsWithTwo) {
   expect_one_sentence(run("render valley --backend raycast -o " + path("a.bmp")), 2, ".png");
   expect_one_sentence(run("render cube --set sun_shadows=none --backend raycast -o " + path("a.png")), 2,
                       "did you mean");
-  expect_one_sentence(run("render cube --set sun_shadow=some --backend raycast -o " + path("a.png")), 2, "none sky_light map ray");
-  expect_one_sentence(run("render cube --sun_shadow=some --backend raycast -o " + path("a.png")), 2, "none sky_light map ray");
+  expect_one_sentence(run("render cube --set sun_shadow=some --backend raycast -o " + path("a.png")), 2,
+                      "none sky_light map ray");
+  expect_one_sentence(run("render cube --sun_shadow=some --backend raycast -o " + path("a.png")), 2,
+                      "none sky_light map ray");
   expect_one_sentence(run("render cube --camera nowhere --backend raycast -o " + path("a.png")), 2, "nowhere");
   EXPECT_FALSE(exists("a.png"));
 }
