@@ -4,9 +4,11 @@
  *   place   of a point p, relative to the map's corner: texels along u and v, metres along w, the way of the light
  *   lit     the part of four texels around it, weighed bilinearly, whose light gets as far as the point, less a bias
  *   bias    what the depth of a plane may differ by over the width of those texels: texel * tan of the angle between
- * its normal and the light, and one texel more where the two lie askew to the map's axes source  Lance Williams.
- * Casting Curved Shadows on Curved Surfaces. 1978; William Reeves, David Salesin, Robert Cook. Rendering Antialiased
- * Shadows with Depth Maps. 1987 (the mean of comparisons, not of depths)
+ *           its normal and the light, and half of that again where the two lie askew to the map's axes
+ *
+ * source  Lance Williams. Casting Curved Shadows on Curved Surfaces. 1978
+ *         William Reeves, David Salesin, Robert Cook. Rendering Antialiased Shadows with Depth Maps. 1987 (the mean of
+ *         comparisons, not of depths)
  */
 #ifndef LOAM_RENDER_LIGHT_SUN_MAP_SHARED_H
 #define LOAM_RENDER_LIGHT_SUN_MAP_SHARED_H
