@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "world/base/jobs.h"
+#include "world/store/leaf_shifts.h"
 
 namespace sim {
 
@@ -11,65 +12,6 @@ using world::LeafMask;
 using world::LeafPos;
 
 namespace {
-
-constexpr uint64_t kFirstZ = 0x0101010101010101ull, kFirstY = 0xffull;
-
-/// Bit v: the voxel beside v across the face is set in `mask`, or in `beyond`, the leaf on that side.
-LeafMask across(const LeafMask& mask, const LeafMask& beyond, int face) {
-  LeafMask m;
-  for (int x = 0; x < 8; ++x) {
-    const uint64_t w = mask.word[x], b = beyond.word[x];
-    switch (face) {
-      case world::kFaceNegX:
-        m.word[x] = x > 0 ? mask.word[x - 1] : beyond.word[7];
-        break;
-      case world::kFacePosX:
-        m.word[x] = x < 7 ? mask.word[x + 1] : beyond.word[0];
-        break;
-      case world::kFaceNegY:
-        m.word[x] = w << 8 | b >> 56;
-        break;
-      case world::kFacePosY:
-        m.word[x] = w >> 8 | b << 56;
-        break;
-      case world::kFaceNegZ:
-        m.word[x] = (w & ~(kFirstZ << 7)) << 1 | (b >> 7 & kFirstZ);
-        break;
-      default:
-        m.word[x] = (w >> 1 & ~(kFirstZ << 7)) | (b & kFirstZ) << 7;
-        break;
-    }
-  }
-  return m;
-}
-
-/// The voxels of a leaf that touch its side.
-LeafMask side_of(int face) {
-  LeafMask m;
-  for (int x = 0; x < 8; ++x) {
-    switch (face) {
-      case world::kFaceNegX:
-        m.word[x] = x == 0 ? ~0ull : 0;
-        break;
-      case world::kFacePosX:
-        m.word[x] = x == 7 ? ~0ull : 0;
-        break;
-      case world::kFaceNegY:
-        m.word[x] = kFirstY;
-        break;
-      case world::kFacePosY:
-        m.word[x] = kFirstY << 56;
-        break;
-      case world::kFaceNegZ:
-        m.word[x] = kFirstZ;
-        break;
-      default:
-        m.word[x] = kFirstZ << 7;
-        break;
-    }
-  }
-  return m;
-}
 
 bool affects_light(const world::Block& b) { return b.absorption.max() > 0 || b.emission.max() > 0; }
 
@@ -130,7 +72,7 @@ FluxGrid make_flux_grid(const world::Store& store, const world::VoxelBox& box) {
       for (int x = 0; x < 8; ++x) leaf.clear.word[x] = ~solid.word[x];
       for (int face = 0; face < world::kFaces; ++face) {
         const world::VoxelPos step = world::face_step(face);
-        const LeafMask next = across(solid, opaque.leaf({l.x + step.x, l.y + step.y, l.z + step.z}), face);
+        const LeafMask next = world::across(solid, opaque.leaf({l.x + step.x, l.y + step.y, l.z + step.z}), face);
         for (int x = 0; x < 8; ++x) {
           leaf.wall[face].word[x] = leaf.clear.word[x] & next.word[x];
           any.word[x] |= leaf.wall[face].word[x];
@@ -198,7 +140,7 @@ FluxGrid make_flux_grid(const world::Store& store, const world::VoxelBox& box) {
     for (int face = 0; face < world::kFaces; ++face) {
       const int a = world::face_axis(face);
       if (p[a] != (world::face_sign(face) < 0 ? 0 : grid.size[a] - 1)) continue;
-      const LeafMask side = side_of(face);
+      const LeafMask side = world::side_of(face);
       for (int x = 0; x < 8; ++x)
         grid.open_faces[face] += std::popcount(leaf.clear.word[x] & ~leaf.wall[face].word[x] & side.word[x]);
     }
