@@ -7,20 +7,9 @@
 
 namespace sim {
 
-using world::kMaxLight;
-using world::kRegionLeaves;
-using world::LeafMask;
-using world::LeafPos;
-using world::LightField;
-using world::LightLeaf;
-using world::LightLeafView;
-using world::LightRegion;
-using world::RegionPos;
-using world::VoxelBox;
-using world::VoxelPos;
-
 namespace {
 
+constexpr size_t kMostSmall = 16;  // dirty leaves, and leaves with broken voxels, of a change that queues are tried on
 constexpr int kMostBox = FloodWindow::kMostLeaves - 2;  // leaves along an axis, without the rim
 
 /// Of all that give light in a leaf.
@@ -125,7 +114,8 @@ void FieldFlood::check_leaf(LeafPos l) {
   const LightRegion& region = *field_.regions().find(r);
   const LightLeafView self = region.leaf(index_in_region(l));
   const LeafOptics optics = optics_.leaf(l);
-  uint64_t lit[8] = {};
+  uint64_t lit[8] = {}, asked[8];
+  std::fill_n(asked, 8, ~0ull);
   bool dark = !self.leaf && self.tile == 0;
   if (is_sky_) {
     const uint64_t sky = sky_into(l);
@@ -134,13 +124,19 @@ void FieldFlood::check_leaf(LeafPos l) {
     for (const uint64_t slice : lit) all_lit &= slice;
     // Voxels that are sunlit, or were, are right or in the reach of their columns; closed dark ones are right.
     if (all_lit == ~0ull) return;
-    uint64_t seen_to = ~0ull;
-    for (int x = 0; x < 8; ++x) seen_to &= lit[x] | self.equal(x, top_) | (optics.closed->word[x] & self.equal(x, 0));
-    if (seen_to == ~0ull) return;
+    uint64_t any_asked = 0;
+    const AtLevel at_top(self, top_), at_none(self, 0);
+    for (int x = 0; x < 8; ++x) {
+      asked[x] = ~(lit[x] | at_top[x] | (optics.closed->word[x] & at_none[x]));
+      any_asked |= asked[x];
+    }
+    if (!any_asked) return;
     dark &= sky == 0;
   } else {
     if (dark && optics.sources.empty() && optics.closed->is_all()) return;
   }
+  // In the dark inside a region, as most leaves are to lamps.
+  if (dark && region.is_tile() && optics.sources.empty() && is_inside_region(l)) return;
   LightLeafView beside[6];
   for (int face = 0; face < world::kFaces; ++face) {
     const VoxelPos step = world::face_step(face);
@@ -151,7 +147,9 @@ void FieldFlood::check_leaf(LeafPos l) {
     dark &= !beside[face].leaf && beside[face].tile <= 1;
   }
   if (dark) {
-    if (!is_sky_ && !optics.sources.empty()) reaches_.push_back(reach_of_sources(l, optics));
+    if (is_sky_ || optics.sources.empty()) return;
+    reaches_.push_back(reach_of_sources(l, optics));
+    for (const NumberedMask& source : optics.sources) add_broken(l, source.mask.word, nullptr);
     return;
   }
 
@@ -159,6 +157,8 @@ void FieldFlood::check_leaf(LeafPos l) {
   uint64_t broken[8], any_broken = 0;
   Levels highest{};
   for (int x = 0; x < 8; ++x) {
+    broken[x] = 0;
+    if (!asked[x]) continue;
     const Levels here = levels_of(self, x);
     const Levels below = levels_of(beside[world::kFaceNegY], x), above = levels_of(beside[world::kFacePosY], x);
     const Levels behind = levels_of(beside[world::kFaceNegZ], x), before = levels_of(beside[world::kFacePosZ], x);
@@ -184,8 +184,8 @@ void FieldFlood::check_leaf(LeafPos l) {
     else
       for (const NumberedMask& source : optics.sources)
         right = highest_of(right, masked(levels_of(LightLeafView{nullptr, source.number}, x), source.mask.word[x]));
-    broken[x] = 0;
     for (int k = 0; k < 4; ++k) broken[x] |= right.bit[k] ^ here.bit[k];
+    broken[x] &= asked[x];
     if (!broken[x]) continue;
     any_broken |= broken[x];
     highest = highest_of(highest, masked(highest_of(right, here), broken[x]));
@@ -197,6 +197,7 @@ void FieldFlood::check_leaf(LeafPos l) {
   for (int k = 3; k >= 0; --k)
     if (candidates & highest.bit[k]) level |= 1 << k, candidates &= highest.bit[k];
   reaches_.push_back({bounds_of(l, broken), level - 1});
+  add_broken(l, broken, lit);
 }
 
 /// Leaves whose equations have lost or gained a region beside them; of regions that came, all but those that are surely
@@ -232,14 +233,31 @@ void FieldFlood::check_regions(const DomainChange& change) {
     }
 }
 
+void FieldFlood::add_broken(LeafPos l, const uint64_t* voxels, const uint64_t* sunlit) {
+  is_small_ &= broken_.size() < kMostSmall;
+  if (!is_small_) return;
+  BrokenLeaf& broken = broken_.emplace_back();
+  broken.pos = l;
+  std::copy_n(voxels, 8, broken.voxels.word);
+  if (sunlit) std::copy_n(sunlit, 8, broken.sunlit.word);
+}
+
 void FieldFlood::update(std::span<const LeafPos> dirty, const DomainChange& change, LightReport& report) {
   reaches_.clear();
+  broken_.clear();
   new_sky_.clear();
+  settled_.clear();
+  is_small_ = change.empty() && dirty.size() <= kMostSmall;
   begin_regions(change);
   if (is_sky_) follow_sky(dirty, change);
   check_regions(change);
-  for (const LeafPos& l : dirty) check_leaf(l);
+  for (const LeafPos& l : dirty)
+    if (std::find(settled_.begin(), settled_.end(), l) == settled_.end()) check_leaf(l);
   if (reaches_.empty()) return;
+  if (is_small_) {
+    if (workers_.queue().follow(broken_, optics_, field_, top_, is_sky_, report)) return;
+    ++report.queues_left;
+  }
   std::vector<uint32_t> order;
   run_jobs(plan_jobs(order), report);
 }

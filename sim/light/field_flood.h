@@ -5,6 +5,7 @@
 #include <span>
 
 #include "sim/light/flood.h"
+#include "sim/light/queue_flood.h"
 
 namespace sim {
 
@@ -30,10 +31,12 @@ class FloodWorkers {
   ~FloodWorkers();
   FloodWorker& operator[](size_t i) { return *workers_[i]; }
   void at_least(size_t count);
+  QueueFlood& queue() { return queue_; }
   size_t bytes() const;
 
  private:
   std::vector<std::unique_ptr<FloodWorker>> workers_;
+  QueueFlood queue_;
 };
 
 class FieldFlood {
@@ -74,6 +77,8 @@ class FieldFlood {
   void begin_regions(const DomainChange& change);
   void follow_sky(std::span<const world::LeafPos> dirty, const DomainChange& change);
   void check_leaf(world::LeafPos l);
+  /// `sunlit` may be null: none.
+  void add_broken(world::LeafPos l, const uint64_t* voxels, const uint64_t* sunlit);
   void check_regions(const DomainChange& change);
   std::vector<Job> plan_jobs(std::vector<uint32_t>& order) const;
   void run_jobs(std::vector<Job> jobs, LightReport& report);
@@ -92,6 +97,10 @@ class FieldFlood {
   bool is_sky_;
 
   std::vector<LightReach> reaches_;
+  std::vector<BrokenLeaf> broken_;          // the voxels that reaches_ are around, where is_small_
+  bool is_small_ = false;                   // so far, what changes may be followed voxel by voxel
+  std::vector<world::LeafPos> seeds_;       // scratch of follow_sky()
+  std::vector<world::LeafPos> settled_;     // leaves that follow_sky() has seen to wholly, where is_small_
   world::RegionTable<SkyAbove> sky_above_;  // while all is computed
   bool computing_all_ = false;
   std::vector<std::pair<world::LeafPos, uint64_t>> new_sky_;  // out of leaves where it changed; by x, z, y downwards

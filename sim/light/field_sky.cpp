@@ -7,17 +7,6 @@
 
 namespace sim {
 
-using world::kRegionLeaves;
-using world::LeafMask;
-using world::LeafPos;
-using world::LightField;
-using world::LightLeaf;
-using world::LightLeafView;
-using world::LightRegion;
-using world::RegionPos;
-using world::VoxelBox;
-using world::VoxelPos;
-
 uint64_t FieldFlood::sky_out_of(LeafPos l) const {
   if (!new_sky_.empty()) {
     const auto found = std::lower_bound(new_sky_.begin(), new_sky_.end(), l, [](const auto& entry, const LeafPos& at) {
@@ -166,16 +155,16 @@ void FieldFlood::find_free(RegionPos r) {
 void FieldFlood::follow_sky(std::span<const LeafPos> dirty, const DomainChange& change) {
   // Leaves whose columns may differ: those that changed, and those under regions that were loaded or not, or that went
   // with the blocks they had. Regions that come are of air until their leaves change.
-  std::vector<LeafPos> seeds(dirty.begin(), dirty.end());
+  seeds_.assign(dirty.begin(), dirty.end());
   for (const auto* regions : {&change.removed, &change.loaded_or_unloaded})
     for (const RegionPos& r : *regions)
       if (const auto below = domain_.below(r))
         for (int i = 0; i < kRegionLeaves * kRegionLeaves; ++i)
-          seeds.push_back(leaf_from_region(*below) + LeafPos{i / kRegionLeaves, kRegionLeaves - 1, i % kRegionLeaves});
-  std::sort(seeds.begin(), seeds.end(),
+          seeds_.push_back(leaf_from_region(*below) + LeafPos{i / kRegionLeaves, kRegionLeaves - 1, i % kRegionLeaves});
+  std::sort(seeds_.begin(), seeds_.end(),
             [](const LeafPos& a, const LeafPos& b) { return std::tie(a.x, a.z, b.y) < std::tie(b.x, b.z, a.y); });
   LeafPos done{INT32_MAX, 0, 0};  // the lowest leaf seen of its column
-  for (const LeafPos& seed : seeds) {
+  for (const LeafPos& seed : seeds_) {
     if (done.x == seed.x && done.z == seed.z && seed.y >= done.y) continue;
     // Downwards for as long as what leaves a leaf differs from before.
     const size_t first_reach = reaches_.size();
@@ -186,7 +175,8 @@ void FieldFlood::follow_sky(std::span<const LeafPos> dirty, const DomainChange& 
     for (LeafPos l = seed;;) {
       done = l;
       const LightLeafView old = light->leaf(index_in_region(l));
-      const LeafMask& stops = *optics.leaf(l).stops_sky;
+      const LeafOptics optics_of_leaf = optics.leaf(l);
+      const LeafMask& stops = *optics_of_leaf.stops_sky;
       uint64_t out = into, old_out = 0;
       VoxelBox changed;
       if (!old.leaf && &stops == &world::kNoneMask && (into == 0 || into == ~0ull)) {
@@ -194,13 +184,23 @@ void FieldFlood::follow_sky(std::span<const LeafPos> dirty, const DomainChange& 
         if (out == old_out) break;
         constexpr int kLast = world::kLeafSize - 1;
         changed = {voxel_from_leaf(l), voxel_from_leaf(l) + VoxelPos{kLast, kLast, kLast}};
+        is_small_ = false;
       } else {
-        uint64_t lit[8], differs[8], any = 0;
+        if (&stops == &world::kAllMask && !old.leaf && old.tile != top_) break;
+        uint64_t lit[8], differs[8], any = 0, seen_to = ~0ull;
         out = sky_through(stops, into, lit);
-        for (int x = 0; x < 8; ++x) differs[x] = lit[x] ^ old.equal(x, top_), any |= differs[x];
+        const AtLevel at_top(old, top_), at_none(old, 0);
+        for (int x = 0; x < 8; ++x) {
+          const uint64_t was_lit = at_top[x];
+          differs[x] = lit[x] ^ was_lit;
+          any |= differs[x];
+          seen_to &= lit[x] | was_lit | (optics_of_leaf.closed->word[x] & at_none[x]);
+          old_out |= (was_lit & kRow) << 8 * x;
+        }
+        if (is_small_ && seen_to == ~0ull) settled_.push_back(l);
         if (!any) break;
         changed = bounds_of(l, differs);
-        old_out = bottom_row(old, top_);
+        add_broken(l, differs, lit);
       }
       // What changes of one column is one reach.
       if (reaches_.size() > first_reach)

@@ -9,18 +9,6 @@
 
 namespace sim {
 
-using world::kLeafSize;
-using world::kMaxLight;
-using world::LeafMask;
-using world::LeafPos;
-using world::LightField;
-using world::LightLeaf;
-using world::LightLeafView;
-using world::LightRegion;
-using world::RegionPos;
-using world::VoxelBox;
-using world::VoxelPos;
-
 namespace {
 
 /// Bit l: some voxel has level l; of levels up to `top`.

@@ -90,27 +90,27 @@ LightReport FloodLight::update() {
   }
   const DomainChange change = domain_.change();
   if (dirty.empty() && change.empty()) return report;
-  if (const bool was_filtered = rules_.filters_colour(); follow_palette()) {
+  if (rules_.bands.size() < store_.palette().size()) {
+    const bool was_filtered = rules_.filters_colour();
+    follow_palette();
     if (rules_.filters_colour() != was_filtered) return compute();
     for (size_t band = 0; band < optics_.size(); ++band)
       optics_[band]->set_blocks(of_band(rules_, volume_.model(), band));
   }
   for (auto& optics : optics_) optics->update(dirty);
-  std::vector<LeafPos> inside;
+  inside_.clear();
   for (const LeafPos& l : dirty)
-    if (domain_.contains(region_from_leaf(l))) inside.push_back(l);
-  for (auto& field : fields_) field->update(inside, change, report);
+    if (domain_.contains(region_from_leaf(l))) inside_.push_back(l);
+  for (auto& field : fields_) field->update(inside_, change, report);
   return report;
 }
 
-bool FloodLight::follow_palette() {
+void FloodLight::follow_palette() {
   if (!own_rules_) CHECK_LE(store_.palette().size(), rules_.all_bands.size());
-  if (rules_.bands.size() >= store_.palette().size()) return false;
   for (size_t id = rules_.bands.size(); id < store_.palette().size(); ++id) {
     rules_.bands.push_back(optics_of(store_.palette()[static_cast<world::BlockId>(id)]));
     rules_.all_bands.push_back(brightest(rules_.bands.back()));
   }
-  return true;
 }
 
 void FloodLight::set_unloaded(RegionPos r, bool unloaded) { domain_.set_unloaded(r, unloaded); }

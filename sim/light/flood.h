@@ -11,7 +11,7 @@
 /// level (flood_window.h), which are independent of each other because light reaches no further than 14: each has a
 /// margin of two leaves. After an edit only voxels whose equation no longer holds can start a change, and none spreads
 /// further than the larger of the voxel's old level and the new right side, less 1; leaves within that are found anew
-/// from the levels around them.
+/// from the levels around them. Where an edit reaches a few voxels only, they are followed one by one (queue_flood.h).
 ///
 /// Regions that are not loaded give no light and take none: it waits at their border, and arrives when they are loaded.
 ///
@@ -34,6 +34,9 @@ struct LightReport {
   uint64_t leaves_computed = 0;  // in windows, margins included; in all fields
   uint64_t leaves_changed = 0;
   uint64_t windows = 0;
+  // Changes of a field that were small enough to be followed voxel by voxel (queue_flood.h), and their voxels; and such
+  // that were begun so and turned out to be large.
+  uint64_t queues = 0, queue_voxels = 0, queues_left = 0;
 };
 
 class FieldFlood;
@@ -62,8 +65,8 @@ class FloodLight {
   size_t bytes() const;
 
  private:
-  /// Blocks that the palette has gained; false where none.
-  bool follow_palette();
+  /// Rules of blocks that the palette has gained.
+  void follow_palette();
   bool has_blocks(world::RegionPos r, const std::vector<world::LeafPos>& dirty) const;
 
   const world::Store& store_;
@@ -75,6 +78,7 @@ class FloodLight {
   std::vector<std::unique_ptr<OpticsVolume>> optics_;  // by band; one where all are alike
   std::unique_ptr<FloodWorkers> workers_;
   std::vector<std::unique_ptr<FieldFlood>> fields_;
+  std::vector<world::LeafPos> inside_;  // scratch of update()
   bool computed_ = false;
 };
 

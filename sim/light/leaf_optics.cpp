@@ -1,6 +1,7 @@
 #include "sim/light/leaf_optics.h"
 
 #include <algorithm>
+#include <cstring>
 #include <unordered_map>
 
 #include "world/base/jobs.h"
@@ -14,6 +15,19 @@ using world::LeafMask;
 using world::LeafPos;
 using world::MaskKind;
 using world::RegionPos;
+
+namespace {
+
+/// Whether 64 blocks are the eight of a row, eight times.
+bool repeats(const BlockId* blocks, const BlockId* row) {
+  uint64_t of_row[2], of_blocks[16], differing = 0;
+  std::memcpy(of_row, row, sizeof of_row);
+  std::memcpy(of_blocks, blocks, sizeof of_blocks);
+  for (int i = 0; i < 16; ++i) differing |= of_blocks[i] ^ of_row[i % 2];
+  return differing == 0;
+}
+
+}  // namespace
 
 OpticsVolume::OpticsVolume(const world::Store& store, std::span<const BlockOptics> by_block)
     : store_(&store), opaque_(&store.masks(MaskKind::opaque)) {
@@ -64,12 +78,18 @@ std::unique_ptr<OpticsVolume::Entry> OpticsVolume::entry_of(LeafPos l, const Lea
     list.push_back({number, {}});
     return list.back().mask;
   };
-  // The opaque mask is right but where blocks aren't plain.
+  // The opaque mask is right but where blocks aren't plain. Most slices are one row of eight once and again.
+  const BlockId* plain_row = nullptr;
   for (int i = 0; i < kLeafVoxels; ++i) {
     if (const BlockId* b = leaf.values ? leaf.values + i : nullptr; b && i % 8 == 0) {
+      if (plain_row && i % 64 == 0 && repeats(b, plain_row)) {
+        i += 63;
+        continue;
+      }
       const int all = plain_[b[0]] & plain_[b[1]] & plain_[b[2]] & plain_[b[3]] & plain_[b[4]] & plain_[b[5]] &
                       plain_[b[6]] & plain_[b[7]];
       if (all) {
+        plain_row = b;
         i += 7;
         continue;
       }

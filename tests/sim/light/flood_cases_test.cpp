@@ -332,6 +332,40 @@ TEST(LightCases, NothingChangedCostsNothingAndAnEditCostsTheSameInAnyWorld) {
   }
 }
 
+// What can reach only a few voxels is followed one by one, the rest by windows; each field by itself.
+TEST(LightCases, QueuesFollowSmallChangesAndWindowsLargeOnes) {
+  Scene s;
+  s.fill({{0, 0, 0}, {60, 15, 60}}, s.block("stone"));
+  for (const bool put : {true, false}) {
+    const LightReport stone = s.set({30, 16, 30}, put ? s.block("stone") : kAir);
+    EXPECT_EQ(stone.queues, 1u) << "only the sky's light changes";
+    EXPECT_EQ(stone.queue_voxels, 1u);
+    EXPECT_EQ(stone.windows + stone.leaves_computed, 0u);
+    EXPECT_EQ(s.light.volume().content_hash(), s.anew());
+  }
+  // Its shadow's column gets 14 from its sides, and nobody else notices.
+  const LightReport shadow = s.set({30, 25, 30}, "stone");
+  EXPECT_EQ(shadow.queues, 1u);
+  EXPECT_GE(shadow.queue_voxels, 10u);
+  EXPECT_LE(shadow.queue_voxels, 20u) << "in each queue once";
+  EXPECT_EQ(s.sky({30, 16, 30}), 14);
+  EXPECT_EQ(s.light.volume().content_hash(), s.anew());
+  s.fill({{10, 8, 10}, {10, 8, 30}}, kAir);
+  for (const char* what : {"lantern_15", "glass"}) {
+    const LightReport tunnel = s.set({10, 8, 20}, what);
+    EXPECT_EQ(tunnel.windows, 0u) << "a tunnel of 21 voxels: " << what;
+    EXPECT_EQ(tunnel.queues, 1u);
+    EXPECT_EQ(s.light.volume().content_hash(), s.anew());
+  }
+  for (const bool put : {true, false}) {
+    const LightReport open = s.set({40, 30, 40}, put ? s.block("lantern_15") : kAir);
+    EXPECT_EQ(open.queues, 0u);
+    EXPECT_EQ(open.queues_left, 1u);
+    EXPECT_EQ(open.windows, 1u);
+    EXPECT_EQ(s.light.volume().content_hash(), s.anew());
+  }
+}
+
 TEST(LightCases, AnOpenSkyWithoutLampsCostsTiles) {
   Scene s;
   s.fill({{0, 0, 0}, {1023, 7, 1023}}, s.block("stone"));

@@ -84,7 +84,7 @@ TEST(FloodLight, IsTheSameOnEachInstructionSet) {
 
 /// A world, edited again and again; after each batch its light must be what all anew gives.
 void edit_and_compare(uint64_t seed, LightModel model, int batches, int most_edits, const VoxelBox& box,
-                      int check_queue, uint64_t& edits) {
+                      int check_queue, uint64_t& edits, LightReport& total) {
   const LightBlocks blocks = every_kind_of_block();
   Store store(blocks.palette);
   ASSERT_TRUE(store.apply(random_edits(seed, 60, box, blocks.palette.size())).ok());
@@ -95,7 +95,9 @@ void edit_and_compare(uint64_t seed, LightModel model, int batches, int most_edi
     ASSERT_TRUE(
         store.apply(random_edits(seed * 1000 + static_cast<uint64_t>(b), count, box, blocks.palette.size())).ok());
     edits += static_cast<uint64_t>(count);
-    light.update();
+    const LightReport report = light.update();
+    total.windows += report.windows;
+    total.queues += report.queues, total.queue_voxels += report.queue_voxels, total.queues_left += report.queues_left;
     FloodLight anew(store, model, blocks.rules);
     anew.compute();
     ASSERT_EQ(light.volume().content_hash(), anew.volume().content_hash()) << "seed " << seed << ", batch " << b;
@@ -110,15 +112,26 @@ TEST(FloodLight, AfterAnyEditsEqualsAllAnew) {
   uint64_t edits = 0;
   for (const int threads : {1, 2, 8}) {
     const world::ThreadLimit limit(threads);
+    LightReport total;
     for (uint64_t seed = 1; seed <= 6 && !HasFailure(); ++seed) {
       edit_and_compare(100 * static_cast<uint64_t>(threads) + seed, LightModel::flood4, 40, 4,
-                       {{-6, -6, -6}, {5, 9, 5}}, 20, edits);
+                       {{-6, -6, -6}, {5, 9, 5}}, 20, edits, total);
       edit_and_compare(200 * static_cast<uint64_t>(threads) + seed, LightModel::flood4, 30, 60,
-                       {{-30, -20, -40}, {40, 30, 20}}, 30, edits);
+                       {{-30, -20, -40}, {40, 30, 20}}, 30, edits, total);
     }
     // In one batch so many that they take several windows.
     edit_and_compare(300 + static_cast<uint64_t>(threads), LightModel::flood4, 6, 9000,
-                     {{-70, -40, -150}, {200, 90, 30}}, 0, edits);
+                     {{-70, -40, -150}, {200, 90, 30}}, 0, edits, total);
+    // One voxel at a time, in a crowd and in the open: most reach few voxels.
+    edit_and_compare(400 + static_cast<uint64_t>(threads), LightModel::flood4, 300, 1, {{-9, -9, -9}, {8, 12, 8}}, 100,
+                     edits, total);
+    edit_and_compare(500 + static_cast<uint64_t>(threads), LightModel::flood_rgb, 100, 1, {{-9, -9, -9}, {8, 12, 8}}, 0,
+                     edits, total);
+    // Each way of following a change was taken, and the change from the one to the other.
+    EXPECT_GE(total.queues, 300u);
+    EXPECT_GE(total.queue_voxels, 2 * total.queues);
+    EXPECT_GE(total.windows, 300u);
+    EXPECT_GE(total.queues_left, 100u);
   }
   EXPECT_GE(edits, 100'000u);
 }
