@@ -12,6 +12,7 @@
 #include "world/meshes/mesh.h"
 #include "world/scenes/camera.h"
 #include "world/scenes/environment.h"
+#include "world/scenes/simulation_request.h"
 #include "world/store/store.h"
 
 namespace world {
@@ -27,8 +28,9 @@ struct World {
   std::vector<Luminaire> luminaires;
   std::vector<Medium> media;
   std::vector<MeshInstance> meshes;
-  std::vector<CameraPlacement> cameras;         // the first is meant where none is named
-  std::map<std::string, std::string> knobs;     // of pictures of it: name -> value, below those of the command line
+  std::vector<CameraPlacement> cameras;      // the first is meant where none is named
+  std::map<std::string, std::string> knobs;  // of pictures of it: name -> value, below those of the command line
+  SimulationRequest simulation;
   std::map<std::string, std::string> metadata;  // source, seed, voxel_size_m, ...
 };
 

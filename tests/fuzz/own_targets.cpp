@@ -109,7 +109,12 @@ World small_world() {
     batch.set({-128 + i * 3, i * i % 50, 256 + i}, static_cast<BlockId>(1 + i % (int{kPaletteSize} - 1)));
   (void)world.store.apply(batch);
   FloatLayer& density = world.store.make_layer(Layer::density);
-  for (int i = 0; i < 30; ++i) density.set({-100 + i, 5, 300}, 0.5f + static_cast<float>(i));
+  IntLayer& liquid = world.store.make_int_layer(Layer::liquid);
+  for (int i = 0; i < 30; ++i) {
+    density.set({-100 + i, 5, 300}, 0.5f + static_cast<float>(i));
+    liquid.set({-100 + i, 5, 300}, 100 * i - 1000);
+  }
+  world.simulation = {3, {"rain"}, {{"liquid_rule", "pipes"}}};
   world.metadata["seed"] = "17";
   return world;
 }
@@ -144,11 +149,13 @@ std::vector<Bytes> region_seeds() {
     all.push_back(bytes_of(encode_region(world.store, kRegion, compression).value()));
   return all;
 }
-std::vector<Bytes> layer_seeds() {
+std::vector<Bytes> layer_seeds(Layer layer) {
   std::vector<Bytes> all;
   const World world = small_world();
   for (const StreamCompression compression : {StreamCompression::none, StreamCompression::blosc})
-    all.push_back(bytes_of(world.store.find_layer(Layer::density)->encode_region(kRegion, compression).value()));
+    all.push_back(bytes_of(std::visit([&](const auto& values) { return values.encode_region(kRegion, compression); },
+                                      *world.store.find_any_layer(layer))
+                               .value()));
   return all;
 }
 std::vector<Bytes> frame_seeds() {
@@ -176,10 +183,10 @@ Status decode_row(const std::filesystem::path& path, Codec codec) {
   const Result<RegionBuilder> region = decode_blocks(row, kPaletteSize);
   return region ? Status() : Status(input_error(path.string() + ": " + region.error().message));
 }
-Status decode_layer(const std::filesystem::path& path) {
+Status decode_layer(const std::filesystem::path& path, Layer layer) {
   TRY(const std::string bytes, text_of(path));
-  FloatLayer layer;
-  const Status decoded = layer.decode_region(bytes, kRegion);
+  AnyLayer any = empty_layer(layer);
+  const Status decoded = std::visit([&](auto& values) { return values.decode_region(bytes, kRegion); }, any);
   return decoded ? decoded : Status(input_error(path.string() + ": " + decoded.error().message));
 }
 
@@ -202,8 +209,11 @@ Status repair(const std::filesystem::path& path) {
 }  // namespace
 
 std::vector<Bytes> grid_stream_seeds() {
-  std::vector<Bytes> all = region_seeds(), layers = layer_seeds();
-  std::move(layers.begin(), layers.end(), std::back_inserter(all));
+  std::vector<Bytes> all = region_seeds();
+  for (const Layer layer : {Layer::density, Layer::liquid}) {
+    std::vector<Bytes> layers = layer_seeds(layer);
+    std::move(layers.begin(), layers.end(), std::back_inserter(all));
+  }
   return all;
 }
 
@@ -213,7 +223,8 @@ std::vector<Target> own_targets() {
     all.push_back(
         bytes_of("what = \"a\"\n[world]\ngenerator = \"flat\"\nsize = [8, 8, 8]\n[[luminaire]]\nkind = \"spot\"\n"
                  "position = [1, 2, 3]\ndirection = [0, -1, 0]\npower_w = [1, 2, 3]\nhalf_angle_deg = 30\n"
-                 "[[camera]]\nname = \"a\"\nposition = [0, 0, 0]\nyaw_deg = 30\n[knobs]\nx = \"y\"\n"));
+                 "[[camera]]\nname = \"a\"\nposition = [0, 0, 0]\nyaw_deg = 30\n[knobs]\nx = \"y\"\n"
+                 "[simulation]\nseed = 3\neffects = [\"rain\"]\n[simulation.knobs]\na = \"b\"\n"));
     return all;
   };
   return {
@@ -241,7 +252,10 @@ std::vector<Target> own_targets() {
       {"loam_frame", "a.row", identity, frame_seeds, [](const auto& path) { return decode_row(path, Codec::zstd); }},
       {"loam_context", "a.row", identity, context_seeds,
        [](const auto& path) { return decode_row(path, Codec::context); }},
-      {"loam_layer", "a.row", identity, layer_seeds, decode_layer},
+      {"loam_layer", "a.row", identity, [] { return layer_seeds(Layer::density); },
+       [](const auto& path) { return decode_layer(path, Layer::density); }},
+      {"loam_int_layer", "a.row", identity, [] { return layer_seeds(Layer::liquid); },
+       [](const auto& path) { return decode_layer(path, Layer::liquid); }},
   };
 }
 

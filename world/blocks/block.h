@@ -42,14 +42,17 @@ struct Block {
   HeatConductivity heat_conductivity{1.0};  // > 0
   std::optional<Kelvin> ignition;           // burns at this temperature; none: does not burn
   float hardness = 1.0f;                    // Mohs, 0..10
+  double repose_deg = 35;                   // steepest slope at which what is granular rests, 15..70
+  double viscosity_pa_s = 0.001;            // dynamic, of what is liquid, in (0, 1e7]
   std::string proxy;                        // shape drawn instead of a cube; empty: the cube
   std::string where_bsdf, where_proxy;      // file:line:column of these names, for messages; no property of the block
 };
 
 /// One bit for each kind of derived mask: what a block is to light, bodies and rules.
-enum class MaskKind : int { occupied = 0, opaque, solid, liquid, emitting, count };
+enum class MaskKind : int { occupied = 0, opaque, solid, liquid, emitting, granular, gas, count };
 constexpr int kMaskKinds = static_cast<int>(MaskKind::count);
-/// Bit k is MaskKind k.
+static_assert(kMaskKinds <= 8);
+/// Bit k is MaskKind k. What is granular is solid too; air is no gas here.
 uint8_t mask_bits(const Block& block);
 
 /// The blocks of one world: id <-> name <-> properties. Id 0 is air. Ids are never reused or moved.

@@ -6,6 +6,10 @@
 ///   heat_capacity_j_per_kg_k = 790             required; > 0
 ///   heat_conductivity_w_per_m_k = 2.9          required; > 0
 ///   hardness_mohs = 6.5                        required; 0 to 10
+///   repose_deg = 35                            steepest slope at rest, 15 to 70; only of phase granular; 35 where
+///                                              missing
+///   viscosity_pa_s = 0.001                     dynamic, > 0, up to 1e7; only of phase liquid; that of water, 0.001,
+///                                              where missing
 ///   phase = "solid"                            gas, liquid, granular or solid; solid where missing
 ///   opaque = true                              no light passes; true where missing
 ///   bsdf = "lambert"                           by name (render/bsdf); lambert where missing
@@ -39,6 +43,8 @@ constexpr NumberRange kAtLeastZero{.min = 0};
 constexpr NumberRange kAboveZero{.min = 0, .open_min = true};
 constexpr NumberRange kRefractionRange{.min = 1, .max = 5};
 constexpr NumberRange kHardnessRange{.min = 0, .max = 10};
+constexpr NumberRange kReposeRange{.min = 15, .max = 70};
+constexpr NumberRange kViscosityRange{.min = 0, .max = 1e7, .open_min = true};
 
 /// lower_snake_case; or source:name of an imported palette entry, where the name is printable and needs no escapes.
 bool name_is_plain(std::string_view name) {
@@ -68,7 +74,8 @@ bool same(const Block& a, const Block& b) {
          a.coverage == b.coverage && a.emission == b.emission && a.absorption == b.absorption &&
          a.index_of_refraction == b.index_of_refraction && a.density == b.density &&
          a.heat_capacity == b.heat_capacity && a.heat_conductivity == b.heat_conductivity && a.ignition == b.ignition &&
-         a.hardness == b.hardness && a.proxy == b.proxy;
+         a.hardness == b.hardness && a.repose_deg == b.repose_deg && a.viscosity_pa_s == b.viscosity_pa_s &&
+         a.proxy == b.proxy;
 }
 
 template <class Bands>
@@ -138,6 +145,10 @@ Block read_block(const std::string& name, TomlTable& table) {
   double ignition = 0;
   if (table.read("ignition_k", ignition, kAboveZero)) block.ignition = Kelvin{ignition};
   table.require("hardness_mohs", block.hardness, kHardnessRange);
+  if (table.read("repose_deg", block.repose_deg, kReposeRange) && block.phase != Phase::granular)
+    table.fail("repose_deg", "'repose_deg' needs 'phase = \"granular\"': nothing else comes to rest in heaps");
+  if (table.read("viscosity_pa_s", block.viscosity_pa_s, kViscosityRange) && block.phase != Phase::liquid)
+    table.fail("viscosity_pa_s", "'viscosity_pa_s' needs 'phase = \"liquid\"': nothing else flows by it");
   if (table.read("proxy", block.proxy)) block.where_proxy = table.where("proxy");
   return block;
 }
@@ -150,7 +161,9 @@ uint8_t mask_bits(const Block& block) {
   };
   return bit(MaskKind::occupied, block.name != "air") | bit(MaskKind::opaque, block.opaque) |
          bit(MaskKind::solid, block.phase == Phase::solid || block.phase == Phase::granular) |
-         bit(MaskKind::liquid, block.phase == Phase::liquid) | bit(MaskKind::emitting, block.emission.max() > 0);
+         bit(MaskKind::liquid, block.phase == Phase::liquid) | bit(MaskKind::emitting, block.emission.max() > 0) |
+         bit(MaskKind::granular, block.phase == Phase::granular) |
+         bit(MaskKind::gas, block.phase == Phase::gas && block.name != "air");
 }
 
 Status check_block(const Block& block) {
@@ -172,6 +185,8 @@ Status check_block(const Block& block) {
   TRY_STATUS(check_value(block, "heat conductivity", block.heat_conductivity.value, kAboveZero));
   if (block.ignition) TRY_STATUS(check_value(block, "ignition", block.ignition->value, kAboveZero));
   TRY_STATUS(check_value(block, "hardness", block.hardness, kHardnessRange));
+  TRY_STATUS(check_value(block, "repose", block.repose_deg, kReposeRange));
+  TRY_STATUS(check_value(block, "viscosity", block.viscosity_pa_s, kViscosityRange));
   return {};
 }
 
@@ -249,6 +264,10 @@ std::string toml_from_block(const Block& block) {
   row("heat_conductivity_w_per_m_k", number_text(block.heat_conductivity.value));
   if (block.ignition) row("ignition_k", number_text(block.ignition->value));
   row("hardness_mohs", number_text(block.hardness));
+  if (block.phase == Phase::granular && block.repose_deg != usual.repose_deg)
+    row("repose_deg", number_text(block.repose_deg));
+  if (block.phase == Phase::liquid && block.viscosity_pa_s != usual.viscosity_pa_s)
+    row("viscosity_pa_s", number_text(block.viscosity_pa_s));
   row("proxy", "\"" + block.proxy + "\"");
   return text;
 }

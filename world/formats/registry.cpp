@@ -81,7 +81,10 @@ std::vector<std::string> lost_surroundings(const World& world) {
   count(world.meshes.size(), "mesh", "meshes");
   count(world.cameras.size(), "camera", "cameras");
   count(world.knobs.size(), "knob of its pictures", "knobs of its pictures");
-  if (!(world.environment == Environment{})) lost.push_back("its own sun and sky are lost: .loam keeps them");
+  if (!(world.environment == Environment{}))
+    lost.push_back("its own sun and sky or temperature are lost: .loam keeps them");
+  if (!(world.simulation == SimulationRequest{}))
+    lost.push_back("what it asks of the simulation is lost: .loam keeps it");
   return lost;
 }
 

@@ -13,10 +13,10 @@
 // The level sets and point grids beside it are put where their maps say, each as a block of its own where there is air
 // (resampled where they lie between the voxels of the first); the rest is named in the report.
 //
-// Writing makes an Int32 grid "block_id" of block ids, 0 is air and inactive, and a float grid for each further layer;
-// the metadata of the first hold each block of the palette as TOML (loam_block_ID) and what the world knows of itself
-// (loam_about_KEY); surroundings (sun, sky) are not in it. The same world gives the same bytes: the UUID is made from
-// the content.
+// Writing makes an Int32 grid "block_id" of block ids, 0 is air and inactive, and a Float or Int32 grid of each further
+// layer's name; the metadata of the first hold each block of the palette as TOML (loam_block_ID) and what the world
+// knows of itself (loam_about_KEY); surroundings (sun, sky) are not in it. The same world gives the same bytes: the
+// UUID is made from the content.
 //
 // OpenVDB's reader believes sizes and ignores read errors (hard case IO10): everything goes through try_in_child first,
 // and what was read is checked: finite numbers, leaves where the tree says they are, voxels within the world's border.
@@ -284,10 +284,13 @@ Status add_part(const openvdb::GridBase& part, const VdbGridFacts& facts, const 
 void read_layers(const Loaded& loaded, const openvdb::GridBase& blocks, World& world) {
   for (const openvdb::GridBase::Ptr& grid : loaded.grids) {
     const std::optional<Layer> layer = layer_from_name(grid->getName());
-    if (!layer || !grid->isType<openvdb::FloatGrid>() || whole_voxels_between(*grid, blocks) != openvdb::Coord(0))
-      continue;
-    world.store.make_layer(*layer).grid().grid->setTree(
-        static_cast<const openvdb::FloatGrid&>(*grid).constTree().copy());
+    if (!layer || layer == Layer::block || whole_voxels_between(*grid, blocks) != openvdb::Coord(0)) continue;
+    if (layer_rows()[static_cast<size_t>(*layer)].is_integer) {
+      if (const auto numbers = openvdb::GridBase::grid<openvdb::Int32Grid>(grid); numbers && numbers->background() == 0)
+        world.store.make_int_layer(*layer).grid().grid->setTree(numbers->constTree().copy());
+    } else if (const auto numbers = openvdb::GridBase::grid<openvdb::FloatGrid>(grid)) {
+      world.store.make_layer(*layer).grid().grid->setTree(numbers->constTree().copy());
+    }
   }
 }
 

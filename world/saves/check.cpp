@@ -9,6 +9,7 @@
 #include "world/base/jobs.h"
 #include "world/base/text.h"
 #include "world/saves/meta.h"
+#include "world/saves/palette_rows.h"
 #include "world/saves/salvage.h"
 #include "world/saves/save_file.h"
 #include "world/saves/schema.h"
@@ -24,9 +25,8 @@ constexpr int kMostIntegrityLines = 20;
 /// A row's blocks, or why they can't be had; its census must be what they count up to.
 Result<Census> count_row(const RegionRow& row, const BlockPalette& palette, int version) {
   if (row.layer != Layer::block) {
-    TRY(const std::string stream, stream_of(row));
-    FloatLayer layer;
-    TRY_STATUS(layer.decode_region(stream, row.pos));
+    AnyLayer layer = empty_layer(row.layer);
+    TRY_STATUS(decode_values(row, layer));
     return Census{};
   }
   TRY(const RegionBuilder builder, decode_blocks(row, palette.size()));
@@ -154,8 +154,7 @@ Result<BlockPalette> palette_of(const std::filesystem::path& path, const Salvage
   for (int64_t id = 1; id <= highest; ++id) {
     const auto found = salvage.palette.find(id);
     if (found != salvage.palette.end() &&
-        add_blocks_from_toml(palette, found->second, fmt::format("palette entry {}", id)).ok() &&
-        static_cast<int64_t>(palette.size()) == id + 1)
+        add_saved_block(palette, found->second, salvage.version, fmt::format("palette entry {}", id)).ok())
       continue;
     const auto named = from_regions.find(static_cast<BlockId>(id));
     const std::string name = named == from_regions.end() ? fmt::format("lost:{}", id) : named->second;

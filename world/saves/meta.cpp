@@ -23,6 +23,12 @@ bool parse_three(const std::string& text, double (&out)[3]) {
 }
 
 bool read_environment(Environment& e, const std::string& key, const std::string& text) {
+  if (key == "environment.temperature") {
+    const char* const end = text.data() + text.size();
+    const auto parsed = std::from_chars(text.data(), end, e.temperature.value);
+    return parsed.ec == std::errc() && parsed.ptr == end && e.temperature.value > 0 &&
+           e.temperature.value <= kHighestTemperature;
+  }
   double v[3];
   if (!parse_three(text, v)) return false;
   const auto bands = [&](auto& field) {
@@ -50,7 +56,8 @@ Meta meta_of(const World& world) {
                {"environment.sun_irradiance", three(e.sun_irradiance.r, e.sun_irradiance.g, e.sun_irradiance.b)},
                {"environment.sky_zenith", three(e.sky_zenith.r, e.sky_zenith.g, e.sky_zenith.b)},
                {"environment.sky_horizon", three(e.sky_horizon.r, e.sky_horizon.g, e.sky_horizon.b)},
-               {"environment.sky_ground", three(e.sky_ground.r, e.sky_ground.g, e.sky_ground.b)}};
+               {"environment.sky_ground", three(e.sky_ground.r, e.sky_ground.g, e.sky_ground.b)},
+               {"environment.temperature", fmt::format("{}", e.temperature.value)}};
   for (const auto& [key, value] : world.metadata) meta.rows["metadata." + key] = value;
   put_surroundings(world, meta.rows, meta.assets);
   return meta;
@@ -65,8 +72,8 @@ Status read_meta_row(World& world, const std::string& key, const std::string& te
   if (key.starts_with("save.")) return {};
   if (key.starts_with("scene.")) return read_surroundings(world, key, text, where, assets);
   if (read_environment(world.environment, key, text)) return {};
-  return input_error(fmt::format("{}: the entry \"{}\" = \"{}\" is not three numbers in their range", where,
-                                 key.substr(0, 60), text.substr(0, 60)));
+  return input_error(fmt::format("{}: the entry \"{}\" = \"{}\" is not what it should be, numbers in their range",
+                                 where, key.substr(0, 60), text.substr(0, 60)));
 }
 
 }  // namespace world

@@ -47,4 +47,23 @@ Result<std::vector<std::string>> read_palette_row(const PaletteRow& row) {
   return blocks;
 }
 
+Status add_saved_block(BlockPalette& palette, const std::string& toml, int version, const std::string& where) {
+  const size_t before = palette.size();
+  if (version >= 5) {
+    TRY_STATUS(add_blocks_from_toml(palette, toml, where));
+  } else {
+    BlockPalette alone;
+    TRY_STATUS(add_blocks_from_toml(alone, toml, where));
+    for (size_t id = 1; id < alone.size(); ++id) {
+      const Block& block = alone[static_cast<BlockId>(id)];
+      const auto standard = standard_blocks().find(block.name);
+      Block known = standard ? standard_blocks()[*standard] : block;
+      known.repose_deg = block.repose_deg, known.viscosity_pa_s = block.viscosity_pa_s;
+      const bool is_standard = standard && toml_from_block(known) == toml_from_block(block);
+      TRY([[maybe_unused]] const BlockId added, palette.add(is_standard ? standard_blocks()[*standard] : block));
+    }
+  }
+  return palette.size() == before + 1 ? Status{} : Status{input_error(where + " is not one block")};
+}
+
 }  // namespace world

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "world/base/errors.h"
+#include "world/blocks/block.h"
 
 namespace world {
 
@@ -25,5 +26,9 @@ int64_t hash_of(const PaletteRow& row);
 Result<PaletteRow> make_palette_row(size_t first_id, std::span<const std::string> blocks_as_toml);
 /// The TOML of each block. Fails, with a reason that names no file, where the row is not whole.
 Result<std::vector<std::string>> read_palette_row(const PaletteRow& row);
+
+/// Adds the one block of the text that a save of that version holds. Before version 5 no text said how a block rests or
+/// flows: it does as the standard block of its name, where it is that one in all else.
+Status add_saved_block(BlockPalette& palette, const std::string& toml, int version, const std::string& where);
 
 }  // namespace world

@@ -68,10 +68,13 @@ Result<std::string> encode_payload(const PackedRegion& region, RegionPos pos, co
   return to_frame(stream, options.level);
 }
 
-Result<std::string> encode_payload(const FloatLayer& layer, RegionPos pos, const PayloadOptions& options) {
+Result<std::string> encode_payload(const AnyLayer& layer, RegionPos pos, const PayloadOptions& options) {
   if (options.codec == Codec::context) return input_error("a layer has no blocks that the context codec could code");
-  if (options.codec == Codec::stream) return layer.encode_region(pos, StreamCompression::blosc);
-  TRY(const std::string stream, layer.encode_region(pos, StreamCompression::none));
+  const auto encode = [&](StreamCompression compression) {
+    return std::visit([&](const auto& values) { return values.encode_region(pos, compression); }, layer);
+  };
+  if (options.codec == Codec::stream) return encode(StreamCompression::blosc);
+  TRY(const std::string stream, encode(StreamCompression::none));
   return to_frame(stream, options.level);
 }
 
@@ -79,6 +82,11 @@ Result<std::string> stream_of(const RegionRow& row) {
   if (row.codec == Codec::stream) return row.bytes;
   if (row.codec == Codec::context) return input_error("it is packed as \"context\", which is for blocks");
   return from_frame(row.bytes, kMostPayloadBytes);
+}
+
+Status decode_values(const RegionRow& row, AnyLayer& layer) {
+  TRY(const std::string stream, stream_of(row));
+  return std::visit([&](auto& values) { return values.decode_region(stream, row.pos); }, layer);
 }
 
 Result<RegionBuilder> decode_blocks(const RegionRow& row, size_t palette_size) {

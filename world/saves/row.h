@@ -47,10 +47,12 @@ std::string census_text(const Census& census, std::span<const std::string> names
 Result<Census> parse_census(std::string_view text);
 
 Result<std::string> encode_payload(const PackedRegion& region, RegionPos pos, const PayloadOptions& options);
-Result<std::string> encode_payload(const FloatLayer& layer, RegionPos pos, const PayloadOptions& options);
+Result<std::string> encode_payload(const AnyLayer& layer, RegionPos pos, const PayloadOptions& options);
 /// The row's OpenVDB stream, of all codecs but `context`. Memory is bounded by kMostPayloadBytes, whatever the frame
 /// claims.
 Result<std::string> stream_of(const RegionRow& row);
+/// The values of a row of a layer, added to it.
+Status decode_values(const RegionRow& row, AnyLayer& layer);
 /// Checks the row's hash, then its blocks against its census.
 Result<RegionBuilder> decode_blocks(const RegionRow& row, size_t palette_size);
 

@@ -68,7 +68,7 @@ Status read_palette_of_text(const Database& db, int version, World& world) {
       return db.broken("the palette skips id " + std::to_string(world.palette->size()));
     if (version > 1 && s.integer(3) != hash_of_palette_row(id, name, properties))
       return db.broken(fmt::format("palette entry {} is damaged: it differs from its hash", id));
-    TRY_STATUS(add_blocks_from_toml(*world.palette, properties, "palette entry \"" + name + "\""));
+    TRY_STATUS(add_saved_block(*world.palette, properties, version, "palette entry \"" + name + "\""));
     if (world.palette->find(name) != static_cast<BlockId>(id))
       return db.broken(fmt::format("palette entry {} is not the block \"{}\"", id, name));
   }
@@ -87,9 +87,9 @@ Status read_palette(const Database& db, int version, World& world) {
     if (!blocks.ok())
       return db.broken(fmt::format("the palette from entry {} on is damaged: {}", row.id, blocks.error().message));
     for (const std::string& block : *blocks) {
-      const size_t id = world.palette->size();
-      TRY_STATUS(add_blocks_from_toml(*world.palette, block, fmt::format("palette entry {}", id)));
-      if (world.palette->size() != id + 1) return db.broken(fmt::format("palette entry {} is not one block", id));
+      const Status added =
+          add_saved_block(*world.palette, block, version, fmt::format("palette entry {}", world.palette->size()));
+      if (!added.ok()) return db.broken(added.error().message);
     }
   }
 }
@@ -146,7 +146,7 @@ Result<std::unique_ptr<SaveFile>> SaveFile::open(const std::filesystem::path& pa
   TRY_STATUS(file->db_.run("PRAGMA journal_mode=DELETE; PRAGMA synchronous=EXTRA"));
   TRY_STATUS(file->begin_editing());
   if (file->version_ < kSaveVersion) {
-    TRY_STATUS(file->version_ == 1 ? file->upgrade_from_1() : file->upgrade_from_2_or_3());
+    TRY_STATUS(file->version_ == 1 ? file->upgrade_from_1() : file->upgrade_from_2_to_4());
     TRY_STATUS(file->begin_editing());
   }
   TRY(file->save_number_, read_save_number(file->db_));
@@ -233,7 +233,7 @@ Status SaveFile::upgrade_from_1() {
   return {};
 }
 
-Status SaveFile::upgrade_from_2_or_3() {
+Status SaveFile::upgrade_from_2_to_4() {
   // A new digest must not vouch for what the old one doesn't.
   TRY_STATUS(check_digest(db_));
   World frame;
@@ -356,8 +356,7 @@ Result<World> SaveFile::read_all() {
         if (rows[i].voxels > 0) world.store.adopt(std::move(**built[i]));
         continue;
       }
-      TRY(const std::string stream, stream_of(rows[i]));
-      const Status joined = world.store.make_layer(rows[i].layer).decode_region(stream, rows[i].pos);
+      const Status joined = decode_values(rows[i], world.store.make_any_layer(rows[i].layer));
       if (!joined.ok()) return damaged(db_, rows[i], joined.error().message);
     }
     rows.clear();

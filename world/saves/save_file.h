@@ -5,14 +5,14 @@
 ///   palette  id, blocks, hash, bytes     ids as the regions use them: blocks from an id on, as TOML (palette_rows.h)
 ///   census   block, voxels               of the whole world, so that opening reads no region
 ///   region   layer, x, y, z, save,       a row a 128^3 region and layer: an OpenVDB stream in a Zstandard frame, or
-///   what
-///            voxels, census, codec,      it would hold in fewer bytes (row.h); with the number of the save that wrote
-///            hash, bytes                 it and an XXH3 over all of the row
+///            voxels, census, codec,      what it would hold in fewer bytes (row.h); with the number of the save that
+///            hash, bytes                 wrote it and an XXH3 over all of the row
 ///   asset    key, codec, bytes           triangles, images and densities that rows of meta name (assets.h)
 ///
-/// Version 1 had no census, one codec, and a hash of the bytes alone; versions 1 and 2 had no assets;
-/// before version 4 each block was a row of text. They are read as they are, and become version 4 where they are opened
-/// for editing.
+/// Version 1 had no census, one codec, and a hash of the bytes alone; versions 1 and 2 had no assets; before version 4
+/// each block was a row of text; before version 5 there were no layers of integers, no temperature, nothing of the
+/// simulation, and no block said how it rests or flows. They are read as they are, and become version 5 where they are
+/// opened for editing.
 ///
 /// One transaction a save, rollback journal, synchronous=EXTRA (FULL, and the folder is synced too): after a kill or a
 /// power loss at any moment the file holds exactly one complete save. Reading trusts nothing: the schema is compared
@@ -68,7 +68,7 @@ class SaveFile {
   SaveFile() = default;
   Status begin_editing();
   Status upgrade_from_1();
-  Status upgrade_from_2_or_3();
+  Status upgrade_from_2_to_4();
   Status check_row(const RegionRow& row) const;
   Status read_meta(World& world);
   Status fill_media(World& world);

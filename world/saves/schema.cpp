@@ -37,6 +37,7 @@ constexpr const char* kVersion3[] = {
     "CREATE TABLE asset (key INTEGER PRIMARY KEY, codec TEXT NOT NULL, bytes BLOB NOT NULL)",
 };
 
+// Version 5 has the tables of version 4, and more that rows may say.
 constexpr const char* kVersion4[] = {
     kVersion3[0],
     "CREATE TABLE palette (id INTEGER PRIMARY KEY, blocks INTEGER NOT NULL, hash INTEGER NOT NULL, "

@@ -8,7 +8,7 @@
 namespace world {
 
 constexpr int kApplicationId = 0x4c4f414d;  // "LOAM"
-constexpr int kSaveVersion = 4;
+constexpr int kSaveVersion = 5;
 // Every table and index has at least one page: of a .mca with 1.3 M blocks they were 130 of 230 kB beside the regions.
 constexpr int kSavePageBytes = 1024;
 constexpr int kPageBytesBefore4 = 16384;

@@ -35,7 +35,7 @@ Status put_layer(SaveFile::Transaction& transaction, const SaveWork::LayerPart& 
   if (payload.codec == Codec::context) payload.codec = Codec::zstd;  // the former knows blocks only
   std::vector<RegionPos> held;
   for (const RegionPos& r : part.regions) {
-    if (part.values->holds(r))
+    if (std::visit([&](const auto& values) { return values.holds(r); }, *part.values))
       held.push_back(r);
     else
       TRY_STATUS(transaction.remove(part.layer, r));
@@ -94,7 +94,7 @@ template <class Visit>
 void for_each_layer(const Store& store, Visit visit) {
   for (size_t i = 0; i < layer_rows().size(); ++i)
     if (const auto layer = static_cast<Layer>(i); layer != Layer::block)
-      if (const FloatLayer* values = store.find_layer(layer)) visit(layer, *values);
+      if (const AnyLayer* values = store.find_any_layer(layer)) visit(layer, *values);
 }
 
 }  // namespace
@@ -106,9 +106,9 @@ Status write_new_save(const World& world, const std::filesystem::path& path, con
   work.meta = meta_of(world);
   take_blocks(*world.palette, 1, work);
   work.names = block_names(*world.palette);
-  for_each_layer(world.store, [&](Layer layer, const FloatLayer& values) {
-    work.layers.push_back(
-        {layer, values.regions(), std::shared_ptr<const FloatLayer>(std::shared_ptr<void>(), &values)});
+  for_each_layer(world.store, [&](Layer layer, const AnyLayer& any) {
+    work.layers.push_back({layer, std::visit([](const auto& values) { return values.regions(); }, any),
+                           std::shared_ptr<const AnyLayer>(std::shared_ptr<void>(), &any)});
   });
   SaveReport report;
   return write_work(*file, work, options, report);
@@ -160,12 +160,13 @@ SaveWork SaveSession::take_work() {
   work.regions = world_.store.snapshot(writing_regions_);
   writing_ = {writing_regions_.begin(), writing_regions_.end()};
   writing_layers_.clear();
-  for_each_layer(world_.store, [&](Layer layer, const FloatLayer& values) {
-    std::vector<RegionPos> changed = values.unsaved();
+  for_each_layer(world_.store, [&](Layer layer, const AnyLayer& any) {
+    std::vector<RegionPos> changed = std::visit([](const auto& values) { return values.unsaved(); }, any);
     if (changed.empty()) return;
     writing_.insert(changed.begin(), changed.end());
     writing_layers_[layer] = changed;
-    auto copy = std::make_shared<const FloatLayer>(values.copy_of(changed));
+    auto copy = std::make_shared<const AnyLayer>(
+        std::visit([&](const auto& values) { return AnyLayer(values.copy_of(changed)); }, any));
     work.layers.push_back({layer, std::move(changed), std::move(copy)});
   });
   work.dropped = writing_dropped_ = world_.store.dropped_layers();
@@ -213,7 +214,8 @@ void SaveSession::finish() {
   } else {
     world_.store.mark_unsaved(writing_regions_);
     for (const auto& [layer, regions] : writing_layers_)
-      if (world_.store.find_layer(layer)) world_.store.make_layer(layer).mark_unsaved(regions);
+      if (world_.store.find_any_layer(layer))
+        std::visit([&](auto& values) { values.mark_unsaved(regions); }, world_.store.make_any_layer(layer));
     world_.store.mark_dropped(writing_dropped_);
     last_error_ = result->error();
   }

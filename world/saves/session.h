@@ -28,8 +28,8 @@ struct SaveWork {
   std::vector<Block> new_blocks;
   struct LayerPart {
     Layer layer;
-    std::vector<RegionPos> regions;            // those that changed, sorted
-    std::shared_ptr<const FloatLayer> values;  // there
+    std::vector<RegionPos> regions;          // those that changed, sorted
+    std::shared_ptr<const AnyLayer> values;  // there
   };
   std::vector<LayerPart> layers;
   std::vector<Layer> dropped;                             // before the parts are written

@@ -325,6 +325,38 @@ Status read_records(const World& world, const char* kind, TomlDocument& document
   return {};
 }
 
+// ---- knobs and the simulation --------------------------------------------------------------------------------------
+
+std::string text_of_knobs(const std::map<std::string, std::string>& knobs) {
+  std::string text;
+  for (const auto& [name, value] : knobs) text += fmt::format("{} = {}\n", toml_text(name), toml_text(value));
+  return text;
+}
+
+void read_knobs(TomlTable table, std::map<std::string, std::string>& knobs) {
+  for (const std::string& name : table.keys()) table.read(name, knobs[name]);
+}
+
+/// The seed as text: TOML's whole numbers end at 2^63.
+std::string text_of_simulation(const SimulationRequest& r) {
+  std::string text = fmt::format("seed = \"{}\"\n", r.seed), effects;
+  for (const std::string& effect : r.effects) effects += (effects.empty() ? "" : ", ") + toml_text(effect);
+  if (!effects.empty()) text += fmt::format("effects = [{}]\n", effects);
+  return r.knobs.empty() ? text : text + "[knobs]\n" + text_of_knobs(r.knobs);
+}
+
+void read_simulation(TomlTable table, SimulationRequest& r) {
+  std::string seed;
+  if (table.read("seed", seed)) {
+    const char* const end = seed.data() + seed.size();
+    const auto parsed = std::from_chars(seed.data(), end, r.seed);
+    if (parsed.ec != std::errc() || parsed.ptr != end)
+      table.fail("seed", "a seed is a whole number from 0 to 2^64 - 1, as text");
+  }
+  table.read("effects", r.effects);
+  for (const TomlTable& knobs : table.table("knobs")) read_knobs(knobs, r.knobs);
+}
+
 }  // namespace
 
 void put_surroundings(const World& world, std::map<std::string, std::string>& rows,
@@ -334,17 +366,19 @@ void put_surroundings(const World& world, std::map<std::string, std::string>& ro
   put_records("luminaire", world.luminaires, rows, assets, known);
   put_records("medium", without_copies(world.media, world.store.find_layer(Layer::density)), rows, assets, known);
   put_records("mesh", world.meshes, rows, assets, known);
-  if (world.knobs.empty()) return;
-  std::string& text = rows["scene.knobs"];
-  for (const auto& [name, value] : world.knobs) text += fmt::format("{} = {}\n", toml_text(name), toml_text(value));
+  if (!world.knobs.empty()) rows["scene.knobs"] = text_of_knobs(world.knobs);
+  if (!(world.simulation == SimulationRequest{})) rows["scene.simulation"] = text_of_simulation(world.simulation);
 }
 
 Status read_surroundings(World& world, const std::string& key, const std::string& text, const std::string& where,
                          AssetReader& assets) {
   TRY(TomlDocument document, TomlDocument::parse(text, fmt::format("{}: {}", where, key)));
   if (key == "scene.knobs") {
-    TomlTable table = document.root();
-    for (const std::string& name : table.keys()) table.read(name, world.knobs[name]);
+    read_knobs(document.root(), world.knobs);
+    return document.finish();
+  }
+  if (key == "scene.simulation") {
+    read_simulation(document.root(), world.simulation);
     return document.finish();
   }
   const std::string kind = key.substr(0, key.rfind('.'));

@@ -1,5 +1,6 @@
 #include "world/scenes/effects.h"
 
+#include <algorithm>
 #include <functional>
 
 namespace world {
@@ -70,6 +71,12 @@ std::vector<EffectCall> called_effects(const World& world) {
   effects.push_back(of_things("media", world.media,
                               [](const Medium& m) { return m.absorption.max() > 0 || m.scattering.max() > 0; }));
   effects.push_back(of_things("meshes", world.meshes, [](const MeshInstance&) { return true; }));
+  for (const std::string& name : world.simulation.effects) {
+    const auto known =
+        std::find_if(effects.begin(), effects.end(), [&](const EffectCall& effect) { return effect.name == name; });
+    EffectCall& effect = known == effects.end() ? effects.emplace_back() : *known;
+    if (!effect.called_for) effect = {name, true, "the scene asks for it"};
+  }
   return effects;
 }
 

@@ -1,5 +1,5 @@
-/// Which effects the content of a world calls for, from its census and palette alone. An effect that is not called for
-/// runs nothing, allocates nothing and is compiled into no pipeline.
+/// Which effects a world calls for: by its content, from its census and palette alone, or because it asks. An effect
+/// that is not called for runs nothing, allocates nothing and is compiled into no pipeline.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ struct EffectCall {
   std::string why;  // the block or setting that calls for it, or what is absent
 };
 
-/// Every effect of the program, in a fixed order.
+/// Every effect of the program, in a fixed order; then those that the world asks for by other names.
 std::vector<EffectCall> called_effects(const World& world);
 
 }  // namespace world

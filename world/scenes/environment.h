@@ -1,10 +1,12 @@
-/// What surrounds a world: the sun and the sky, in SI units, three bands, linear.
+/// What surrounds a world: the sun and the sky, in SI units, three bands, linear; and how warm it is at rest.
 #pragma once
 
 #include "world/space/world_point.h"
 #include "world/units/quantity.h"
 
 namespace world {
+
+constexpr double kHighestTemperature = 6000;  // K; above all that blocks know of: rock boils at 3000
 
 /// A directional sun, and a hemisphere sky whose radiance goes linearly with the cosine from the zenith:
 ///   L(w) = horizon + (zenith - horizon) * w.y   for w.y >= 0,   L(w) = ground   below.
@@ -16,6 +18,7 @@ struct Environment {
   Radiance3 sky_horizon{36.0f, 50.0f, 70.0f};
   // Sunlit land of albedo 1/4 in haze: what lies beyond a world, and the light that it sends up.
   Radiance3 sky_ground{35.0f, 46.0f, 61.0f};
+  Kelvin temperature{288.15};  // of all matter at rest, in (0, kHighestTemperature]; at first the standard atmosphere's
 
   friend bool operator==(const Environment&, const Environment&) = default;
 };

@@ -153,6 +153,7 @@ void read_bands(TomlTable& table, const char* key, auto& bands) {
 }
 
 void read_environment(TomlTable root, Environment& environment) {
+  root.read("temperature_k", environment.temperature.value, {.min = 0, .max = kHighestTemperature, .open_min = true});
   for (TomlTable sun : root.table("sun")) {
     double d[3];
     if (sun.read("direction", std::span<double>(d), {-1e6, 1e6})) {
@@ -169,6 +170,29 @@ void read_environment(TomlTable root, Environment& environment) {
     read_bands(sky, "horizon", environment.sky_horizon);
     read_bands(sky, "ground", environment.sky_ground);
   }
+}
+
+void read_knobs(TomlTable table, std::map<std::string, std::string>& out) {
+  for (const std::string& key : table.keys()) {
+    std::string value;
+    if (table.read(key, value)) out[key] = value;
+  }
+}
+
+///   [simulation]        seed = 7, effects = ["rain"]: those that run though nothing in the world calls for them
+///   [simulation.knobs]  name = "value"
+void read_simulation(TomlTable table, SimulationRequest& request) {
+  table.read("seed", request.seed);
+  table.read("effects", request.effects);
+  for (const TomlTable& knobs : table.table("knobs")) read_knobs(knobs, request.knobs);
+}
+
+/// Adds what a scene asks to what the file of its world asks.
+void add_request(const SimulationRequest& from, SimulationRequest& to) {
+  if (from.seed != SimulationRequest{}.seed) to.seed = from.seed;
+  for (const std::string& effect : from.effects)
+    if (std::find(to.effects.begin(), to.effects.end(), effect) == to.effects.end()) to.effects.push_back(effect);
+  for (const auto& [knob, value] : from.knobs) to.knobs[knob] = value;
 }
 
 /// `folder`: where files that the scene names lie.
@@ -205,11 +229,8 @@ Result<Scene> parse_scene(std::string_view text, const std::string& name, const 
   for (TomlTable table : root.array_of_tables("medium")) scene.media.push_back(read_medium(table, offset, folder));
   for (TomlTable table : root.array_of_tables("mesh")) scene.meshes.push_back(read_mesh(table, offset, folder));
   for (TomlTable camera : root.array_of_tables("camera")) read_camera(camera, scene);
-  for (TomlTable knobs : root.table("knobs"))
-    for (const std::string& key : knobs.keys()) {
-      std::string value;
-      if (knobs.read(key, value)) scene.knobs[key] = value;
-    }
+  for (const TomlTable& knobs : root.table("knobs")) read_knobs(knobs, scene.knobs);
+  for (const TomlTable& simulation : root.table("simulation")) read_simulation(simulation, scene.simulation);
   TRY_STATUS(document.finish());
   return scene;
 }
@@ -319,6 +340,7 @@ Result<World> build_world(const Scene& scene, ImportReport& report) {
   move_surroundings(scene.offset, world);
   if (!scene.cameras.empty()) world.cameras = scene.cameras;
   for (const auto& [knob, value] : scene.knobs) world.knobs[knob] = value;
+  add_request(scene.simulation, world.simulation);
   world.luminaires.insert(world.luminaires.end(), scene.luminaires.begin(), scene.luminaires.end());
   world.media.insert(world.media.end(), media.begin(), media.end());
   world.meshes.insert(world.meshes.end(), scene.meshes.begin(), scene.meshes.end());

@@ -45,13 +45,15 @@ struct Scene {
   std::vector<Medium> media;
   std::vector<MeshInstance> meshes;
   std::map<std::string, std::string> knobs;  // name -> value, applied below the command line
+  SimulationRequest simulation;
 };
 
 /// A scene's name, the path of a scene TOML, or the path of anything that formats() reads.
 Result<Scene> load_scene(const std::string& name_or_path);
 std::vector<std::string> scene_names();
 /// Makes the world of a scene. Where it comes from a file that holds luminaires, media, meshes and knobs, the scene's
-/// are added to them; its cameras stand in the place of the file's.
+/// are added to them, and so are the effects and knobs of the simulation; its cameras stand in the place of the file's,
+/// and so does a seed of the simulation that isn't the usual one.
 Result<World> build_world(const Scene& scene, ImportReport& report);
 /// The world's camera of that name, or its first; where it has none, one that sees the whole world from the south-east.
 Result<CameraPlacement> camera_of(const World& world, const std::string& name);

@@ -44,7 +44,7 @@ class DensitySurface : public SurfaceField {
  public:
   DensitySurface(const FloatLayer& density, float iso) : density_(density), iso_(iso) {}
   void read(LeafPos leaf, std::span<float> values) const override {
-    density_.read_cube(corner_of_samples(leaf), Contours::kAlong, values);
+    density_.read_cube(corner_of_samples(leaf), Contours::kAlong, std::numeric_limits<float>::quiet_NaN(), values);
     for (float& v : values) v = iso_ - v;
   }
   std::vector<LeafPos> leaves() const override {
@@ -68,7 +68,7 @@ class LevelSetSurface : public SurfaceField {
  public:
   explicit LevelSetSurface(const FloatLayer& distance) : distance_(distance) {}
   void read(LeafPos leaf, std::span<float> values) const override {
-    distance_.read_cube(corner_of_samples(leaf), Contours::kAlong, values);
+    distance_.read_cube(corner_of_samples(leaf), Contours::kAlong, std::numeric_limits<float>::quiet_NaN(), values);
   }
   std::vector<LeafPos> leaves() const override { return distance_.leaves(); }
   float beyond() const override { return 3; }  // the usual half width of a band

@@ -9,8 +9,9 @@ namespace world {
 
 namespace {
 
-void copy_moved(const openvdb::FloatTree& from, VoxelPos offset, openvdb::FloatTree& to) {
-  using Leaf = openvdb::FloatTree::LeafNodeType;
+template <class Tree>
+void copy_moved(const Tree& from, VoxelPos offset, Tree& to) {
+  using Leaf = typename Tree::LeafNodeType;
   const openvdb::Coord by = coord(offset);
   for (auto leaf = from.cbeginLeaf(); leaf; ++leaf) {
     auto* copy = new Leaf(*leaf);
@@ -47,8 +48,14 @@ Store copied(const Store& from, VoxelPos offset, const BlockPalette& palette, Le
   for (size_t i = 0; i < layer_rows().size(); ++i) {
     const auto layer = static_cast<Layer>(i);
     if (layer == Layer::block) continue;
-    if (const FloatLayer* values = from.find_layer(layer))
-      copy_moved(values->grid().grid->constTree(), offset, to.make_layer(layer).grid().grid->tree());
+    const AnyLayer* any = from.find_any_layer(layer);
+    if (!any) continue;
+    std::visit(
+        [&](const auto& values) {
+          auto& copy = std::get<std::decay_t<decltype(values)>>(to.make_any_layer(layer));
+          copy_moved(values.grid().grid->constTree(), offset, copy.grid().grid->tree());
+        },
+        *any);
   }
   return to;
 }

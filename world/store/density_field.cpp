@@ -60,9 +60,8 @@ Status fill_density_grids(const FloatLayer* layer, std::vector<Medium>& media) {
 bool is_copy_of(const DensityField& field, const FloatLayer& layer) {
   std::array<float, kLeafVoxels> values;
   const auto read = [&](LeafPos l) {
-    layer.read_cube(voxel_from_leaf(l), kLeafSize, values);
-    for (float& v : values)
-      if (std::isnan(v)) v = 0;
+    LeafMask active;
+    layer.read_leaf(l, values, active);
   };
   bool same = true;
   size_t leaves = 0;

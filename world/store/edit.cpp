@@ -5,8 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cstring>
+
+#include <fmt/format.h>
 
 #include "world/store/leaf_masks.h"
+#include "world/store/occupied_mask.h"
 #include "world/store/store.h"
 #include "world/store/tree.h"
 
@@ -39,17 +43,26 @@ class CensusChange {
   std::vector<BlockId> seen_;
 };
 
-/// Bit i: row[i] != block. Through bytes, which the compiler compares in vectors, and a multiply that gathers eight.
-uint64_t differing_bits(const BlockId* row, BlockId block) {
-  uint8_t differs[64];
-  for (int i = 0; i < 64; ++i) differs[i] = row[i] != block;
+/// Bit i: differs(i), of 64. Through bytes, which the compiler compares in vectors, and a multiply that gathers eight.
+template <class Differs>
+uint64_t bits_where(Differs differs) {
+  uint8_t bytes[64];
+  for (int i = 0; i < 64; ++i) bytes[i] = differs(i);
   uint64_t bits = 0;
   for (int i = 0; i < 8; ++i) {
     uint64_t eight;
-    std::copy_n(differs + 8 * i, 8, reinterpret_cast<uint8_t*>(&eight));
+    std::memcpy(&eight, bytes + 8 * i, 8);
     bits |= (eight * 0x0102040810204080ull >> 56) << (8 * i);
   }
   return bits;
+}
+/// Bit i: row[i] != block.
+uint64_t differing_bits(const BlockId* row, BlockId block) {
+  return bits_where([=](int i) { return row[i] != block; });
+}
+/// Bit i: row[i] != other[i].
+uint64_t differing_bits(const BlockId* row, const BlockId* other) {
+  return bits_where([=](int i) { return row[i] != other[i]; });
 }
 
 constexpr bool is_one_bit(uint64_t bits) { return (bits & (bits - 1)) == 0; }
@@ -133,6 +146,38 @@ class RegionEdit {
       }
   }
 
+  /// Sets the whole leaf to these 512. `bits`: of each block, as BlockPalette::masks() gives them; derived() then says
+  /// those of `kinds` for what changed.
+  void put_all(const BlockId* values, std::span<const uint8_t> bits, unsigned kinds) {
+    if (values_ && std::memcmp(values_, values, sizeof old_) == 0) return;
+    for (int x = 0; x < 8; ++x)
+      changed_.word[x] =
+          values_ ? differing_bits(values + 64 * x, values_ + 64 * x) : differing_bits(values + 64 * x, uniform_);
+    if (changed_.is_none()) return;
+    if (values_) {
+      if (keep_old_) std::memcpy(old_, values_, sizeof old_);
+      for_each_changed(values_, [&](int, uint64_t same, BlockId old) { census_.add(old, -std::popcount(same)); });
+    } else {
+      if (keep_old_) std::fill_n(old_, kLeafVoxels, uniform_);
+      census_.add(uniform_, -changed_.count());
+    }
+    for (int k = 0; kinds >> k; ++k) derived_[k] = {};
+    for_each_changed(values, [&](int x, uint64_t same, BlockId block) {
+      census_.add(block, std::popcount(same));
+      for (unsigned rest = bits[block] & kinds; rest; rest &= rest - 1)
+        derived_[std::countr_zero(rest)].word[x] |= same;
+    });
+    if (all_equal(values)) {
+      make_tile(values[0]);
+      return;
+    }
+    if (!values_) make_voxels();
+    std::memcpy(values_, values, sizeof old_);
+    const LeafMask occupied = occupied_mask(values);
+    for (openvdb::Index x = 0; x < 8; ++x) active_.getWord<uint64_t>(x) = occupied.word[x];
+  }
+  const LeafMask& derived(int kind) const { return derived_[kind]; }
+
   /// True where a voxel changed.
   bool end_leaf() {
     if (changed_.is_none()) return false;
@@ -157,6 +202,25 @@ class RegionEdit {
   LeafPos position() const { return leaf_from_region(region_) + leaf_offset_in_region(index_); }
 
  private:
+  /// visit(bits, block) for those of the 64 voxels of a row whose bits are set. Few blocks make up a row: each at once,
+  /// and one by one only where there are many.
+  template <class Visit>
+  static void for_each_block(const BlockId* row, uint64_t bits, Visit visit) {
+    for (int kind = 0; bits && kind < 4; ++kind) {
+      const BlockId block = row[std::countr_zero(bits)];
+      const uint64_t same = is_one_bit(bits) ? bits : bits & ~differing_bits(row, block);
+      visit(same, block);
+      bits &= ~same;
+    }
+    for (; bits; bits &= bits - 1) visit(bits & -bits, row[std::countr_zero(bits)]);
+  }
+  /// visit(word, bits, block) for what changed of a leaf.
+  template <class Visit>
+  void for_each_changed(const BlockId* values, Visit visit) const {
+    for (int x = 0; x < 8; ++x)
+      for_each_block(values + 64 * x, changed_.word[x], [&](uint64_t same, BlockId block) { visit(x, same, block); });
+  }
+
   /// Replaces voxels of word x, all of which differ from `block`.
   void replace(int x, uint64_t bits, BlockId block) {
     changed_.word[x] |= bits;
@@ -166,15 +230,7 @@ class RegionEdit {
         const int i = std::countr_zero(rest);
         old_[64 * x + i] = row[i];
       }
-    // Few blocks make up a row: count each at once, and one by one only where there are many.
-    uint64_t rest = bits;
-    for (int kind = 0; rest && kind < 4; ++kind) {
-      const BlockId old = row[std::countr_zero(rest)];
-      const uint64_t same = is_one_bit(rest) ? rest : rest & ~differing_bits(row, old);
-      census_.add(old, -std::popcount(same));
-      rest &= ~same;
-    }
-    for (; rest; rest &= rest - 1) census_.add(row[std::countr_zero(rest)], -1);
+    for_each_block(row, bits, [&](uint64_t same, BlockId old) { census_.add(old, -std::popcount(same)); });
     if (bits == ~uint64_t{0})
       std::fill_n(row, 64, block);
     else
@@ -206,6 +262,7 @@ class RegionEdit {
   BlockId* values_ = nullptr;  // null while the leaf is a tile
   BlockLeaf::NodeMaskType active_;
   LeafMask changed_;
+  LeafMask derived_[kMaskKinds];
   BlockId old_[kLeafVoxels];
 };
 
@@ -259,14 +316,18 @@ void sort_keys(std::vector<uint64_t>& keys, int lowest_bit) {
   }
 }
 
+std::string outside_palette(BlockId block, size_t palette_size) {
+  return fmt::format(
+      "an edit writes block id {}, but the world's palette has only {} blocks: add the block to the palette first",
+      block, palette_size);
+}
+
 Result<LeafOps> split_by_leaf(const EditBatch& batch, size_t palette_size) {
   VoxelBox bounds;
   uint64_t leaves = 0;
   for (const EditBatch::Op& op : batch.ops()) {
     if (!inside_world(op.box.min) || !inside_world(op.box.max)) return input_error(fmt_edit_outside(op.box));
-    if (op.block >= palette_size)
-      return input_error("an edit writes block id " + std::to_string(op.block) + ", but the world's palette has only " +
-                         std::to_string(palette_size) + " blocks: add the block to the palette first");
+    if (op.block >= palette_size) return input_error(outside_palette(op.block, palette_size));
     leaves += VoxelBox{shifted(op.box.min, kLeafLog2), shifted(op.box.max, kLeafLog2)}.volume();
     if (leaves > kMostLeavesInBatch)
       return input_error("an edit batch covers more than 67,108,864 leaves of 8^3 voxels: split it into smaller boxes");
@@ -356,6 +417,80 @@ Result<EditReport> Store::apply(const EditBatch& batch, UndoLog* undo) {
     ++report.leaves_changed;
     if (undo) step.push_back(edit.undo());
     leaf_changed(edit.position());
+  }
+  if (undo && !step.empty()) {
+    undo->done_.push_back(std::move(step));
+    undo->undone_.clear();
+  }
+  return report;
+}
+
+namespace {
+
+struct WritePlace {
+  RegionPos region;
+  int leaf;  // index in the region
+  uint32_t write;
+
+  bool same_leaf(const WritePlace& o) const { return leaf == o.leaf && region == o.region; }
+  friend bool operator<(const WritePlace& a, const WritePlace& b) {
+    if (a.region != b.region) return a.region < b.region;
+    return a.leaf != b.leaf ? a.leaf < b.leaf : a.write < b.write;
+  }
+};
+
+Status check_write(const LeafWrite& write, size_t palette_size) {
+  constexpr int32_t kBorder = kWorldBorder / kLeafSize;
+  for (int axis = 0; axis < 3; ++axis)
+    if (write.leaf[axis] < -kBorder || write.leaf[axis] >= kBorder)
+      return input_error(fmt::format("the leaf ({}, {}, {}) lies outside of the world's border", write.leaf.x,
+                                     write.leaf.y, write.leaf.z));
+  BlockId highest = 0;
+  for (int i = 0; i < kLeafVoxels; ++i) highest = std::max(highest, write.values[i]);
+  if (highest < palette_size) return {};
+  return input_error(outside_palette(highest, palette_size));
+}
+
+}  // namespace
+
+Result<EditReport> Store::write_leaves(std::span<const LeafWrite> leaves, UndoLog* undo) {
+  CHECK_EQ(nodes_->views.load(), 0);
+  // Check all, so that an error changes nothing.
+  std::vector<WritePlace> places;
+  places.reserve(leaves.size());
+  for (const LeafWrite& write : leaves) {
+    TRY_STATUS(check_write(write, palette_->size()));
+    places.push_back({region_from_leaf(write.leaf), index_in_region(write.leaf), static_cast<uint32_t>(places.size())});
+  }
+  // By region, so that each is opened and counted once.
+  if (!std::is_sorted(places.begin(), places.end())) std::sort(places.begin(), places.end());
+
+  EditReport report;
+  std::vector<LeafUndo> step;
+  CensusChange census(palette_->size());
+  RegionEdit edit(*nodes_, census, undo != nullptr);
+  const std::span<const uint8_t> bits = palette_->masks();
+  const unsigned kinds = mask_kinds();
+  const WritePlace* last = nullptr;
+  for (size_t i = 0; i < places.size(); ++i) {
+    const WritePlace& place = places[i];
+    if (i + 1 < places.size() && place.same_leaf(places[i + 1])) continue;
+    if (!last || place.region != last->region) edit.begin_region(place.region);
+    last = &place;
+    edit.begin_leaf(place.leaf);
+    edit.put_all(leaves[place.write].values, bits, kinds);
+    if (!edit.end_leaf()) continue;
+    report.voxels_changed += static_cast<uint64_t>(edit.changed().count());
+    ++report.leaves_changed;
+    if (undo) step.push_back(edit.undo());
+    const LeafPos l = leaves[place.write].leaf;
+    note_change(l);
+    for (int k = 0; kinds >> k; ++k) {
+      if (!nodes_->masks[k]) continue;
+      LeafMask mask = nodes_->masks[k]->leaf(l);
+      for (int x = 0; x < 8; ++x) mask.word[x] = (mask.word[x] & ~edit.changed().word[x]) | edit.derived(k).word[x];
+      nodes_->masks[k]->set_leaf(l, mask);
+    }
   }
   if (undo && !step.empty()) {
     undo->done_.push_back(std::move(step));

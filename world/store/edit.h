@@ -27,6 +27,12 @@ class EditBatch {
   std::vector<Op> ops_;
 };
 
+/// All blocks of one leaf, 512 by index_in_leaf.
+struct LeafWrite {
+  LeafPos leaf;
+  const BlockId* values;
+};
+
 struct EditReport {
   uint64_t voxels_changed = 0;
   uint64_t leaves_changed = 0;

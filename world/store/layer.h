@@ -1,4 +1,4 @@
-/// The layers that a world may have beside its blocks, from world/store/layers.def, and one sparse layer of floats.
+/// The layers that a world may have beside its blocks, from world/store/layers.def, and one sparse layer of numbers.
 #pragma once
 
 #include <memory>
@@ -7,10 +7,12 @@
 #include <string>
 #include <string_view>
 #include <unordered_set>
+#include <variant>
 #include <vector>
 
 #include "world/base/errors.h"
 #include "world/space/coords.h"
+#include "world/store/leaf_mask.h"
 
 namespace world {
 
@@ -25,33 +27,43 @@ enum class StreamCompression { none, blosc };
 
 struct LayerRow {
   std::string_view name, type, unit, what;
+  bool is_integer;  // an IntLayer; else a FloatLayer, but for `block`
 };
 /// One row for each Layer, in order.
 std::span<const LayerRow> layer_rows();
 std::optional<Layer> layer_from_name(std::string_view name);
 
-/// A sparse grid of floats with a background of 0: OpenVDB behind it. Reading is free for any number of threads while
-/// nobody writes.
-class FloatLayer {
+/// A sparse grid of T, which is float or int32_t, with a background of 0: OpenVDB behind it. Reading is free for any
+/// number of threads while nobody writes.
+template <class T>
+class GridLayer {
  public:
-  FloatLayer();
-  ~FloatLayer();
-  FloatLayer(FloatLayer&&) noexcept;
-  FloatLayer& operator=(FloatLayer&&) noexcept;
+  GridLayer();
+  ~GridLayer();
+  GridLayer(GridLayer&&) noexcept;
+  GridLayer& operator=(GridLayer&&) noexcept;
 
-  float get(VoxelPos v) const;
-  void set(VoxelPos v, float value);  // makes the voxel active, at 0 too
+  T get(VoxelPos v) const;        // 0 where not active
+  void set(VoxelPos v, T value);  // makes the voxel active, at 0 too
   bool active(VoxelPos v) const;
   uint64_t active_voxels() const;
   VoxelBox bounds() const;  // of active voxels
   size_t bytes() const;
-  /// The voxels of a cube from `low` on, by (x * size + y) * size + z; NaN where not active.
-  void read_cube(VoxelPos low, int size, std::span<float> values) const;
+  /// The voxels of a cube from `low` on, by (x * size + y) * size + z; `inactive` where not active.
+  void read_cube(VoxelPos low, int size, T inactive, std::span<T> values) const;
   /// Leaves with any active voxel, sorted.
   std::vector<LeafPos> leaves() const;
   /// Regions with any active voxel, sorted.
   std::vector<RegionPos> regions() const;
-  /// One region as an OpenVDB stream of a Float grid; the same values always give the same bytes.
+
+  // ---- a leaf at a time, by index_in_leaf: what heavy work reads and writes ----
+  /// False where no voxel of the leaf is active; all values are 0 then. They are 0 where a bit of `active` is clear.
+  bool read_leaf(LeafPos l, std::span<T, kLeafVoxels> values, LeafMask& active) const;
+  /// Puts values and active voxels in the place of the leaf's; values count where their bit is set. Without any set bit
+  /// nothing is left of the leaf.
+  void write_leaf(LeafPos l, std::span<const T, kLeafVoxels> values, const LeafMask& active);
+
+  /// One region as an OpenVDB stream of a Float or Int32 grid; the same values always give the same bytes.
   Result<std::string> encode_region(RegionPos r, StreamCompression compression) const;
   /// Adds what encode_region gave; refuses other grids, NaN and infinities.
   Status decode_region(std::span<const char> bytes, RegionPos r);
@@ -63,11 +75,11 @@ class FloatLayer {
   void mark_saved();
   void mark_unsaved(std::span<const RegionPos> regions);
   /// A layer of copies of these regions, for a thread that saves them.
-  FloatLayer copy_of(std::span<const RegionPos> regions) const;
+  GridLayer copy_of(std::span<const RegionPos> regions) const;
   bool holds(RegionPos r) const;  // any active voxel
   size_t region_bytes(RegionPos r) const;
   /// Puts the region of `part`, which holds no other, in the place of this one's: not a write.
-  void install(RegionPos r, FloatLayer&& part);
+  void install(RegionPos r, GridLayer&& part);
   /// Forgets a region, as if nothing had been there: not a write.
   void evict(RegionPos r);
 
@@ -77,10 +89,20 @@ class FloatLayer {
   const Grid& grid() const { return *grid_; }
 
  private:
+  void mark_changed(RegionPos r);
   std::unique_ptr<Grid> grid_;
   std::unordered_set<RegionPos, PosHash> unsaved_;
   std::optional<RegionPos> last_unsaved_;  // in unsaved_: spares a look for each voxel
   bool all_unsaved_ = false;
 };
+extern template class GridLayer<float>;
+extern template class GridLayer<int32_t>;
+using FloatLayer = GridLayer<float>;
+using IntLayer = GridLayer<int32_t>;
+
+/// A layer of the type that its row says; std::visit gets at it.
+using AnyLayer = std::variant<FloatLayer, IntLayer>;
+/// An empty one of the type of that layer, which isn't `block`.
+AnyLayer empty_layer(Layer layer);
 
 }  // namespace world

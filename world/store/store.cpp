@@ -146,8 +146,14 @@ size_t block_bytes(const StoreNodes& nodes) {
 std::vector<LayerInfo> Store::layers() const {
   std::vector<LayerInfo> all{{"block", block_bytes(*nodes_), voxel_count()}};
   for (const auto& [layer, grid] : nodes_->layers)
-    all.push_back({std::string(layer_rows()[static_cast<size_t>(layer)].name), grid.bytes(), grid.active_voxels()});
-  const char* names[] = {"mask:occupied", "mask:opaque", "mask:solid", "mask:liquid", "mask:emitting"};
+    std::visit(
+        [&](const auto& values) {
+          all.push_back(
+              {std::string(layer_rows()[static_cast<size_t>(layer)].name), values.bytes(), values.active_voxels()});
+        },
+        grid);
+  const char* names[kMaskKinds] = {"mask:occupied", "mask:opaque",   "mask:solid", "mask:liquid",
+                                   "mask:emitting", "mask:granular", "mask:gas"};
   for (int k = 0; k < kMaskKinds; ++k)
     if (nodes_->masks[k]) all.push_back({names[k], nodes_->masks[k]->bytes(), nodes_->masks[k]->count()});
   return all;
@@ -157,18 +163,42 @@ size_t Store::bytes_memory() const {
   size_t total = block_bytes(*nodes_);
   for (const auto& masks : nodes_->masks)
     if (masks) total += masks->bytes();
-  for (const auto& [layer, grid] : nodes_->layers) total += grid.bytes();
+  for (const auto& [layer, grid] : nodes_->layers)
+    total += std::visit([](const auto& values) { return values.bytes(); }, grid);
   return total;
 }
 
-const FloatLayer* Store::find_layer(Layer layer) const {
+const AnyLayer* Store::find_any_layer(Layer layer) const {
   const auto found = nodes_->layers.find(layer);
   return found == nodes_->layers.end() ? nullptr : &found->second;
 }
 
+const FloatLayer* Store::find_layer(Layer layer) const {
+  CHECK(!layer_rows()[static_cast<size_t>(layer)].is_integer);
+  const AnyLayer* found = find_any_layer(layer);
+  return found ? &std::get<FloatLayer>(*found) : nullptr;
+}
+
+const IntLayer* Store::find_int_layer(Layer layer) const {
+  CHECK(layer_rows()[static_cast<size_t>(layer)].is_integer);
+  const AnyLayer* found = find_any_layer(layer);
+  return found ? &std::get<IntLayer>(*found) : nullptr;
+}
+
+AnyLayer& Store::make_any_layer(Layer layer) {
+  const auto found = nodes_->layers.find(layer);
+  return found != nodes_->layers.end() ? found->second
+                                       : nodes_->layers.emplace(layer, empty_layer(layer)).first->second;
+}
+
 FloatLayer& Store::make_layer(Layer layer) {
-  CHECK(layer != Layer::block);
-  return nodes_->layers[layer];
+  CHECK(!layer_rows()[static_cast<size_t>(layer)].is_integer);
+  return std::get<FloatLayer>(make_any_layer(layer));
+}
+
+IntLayer& Store::make_int_layer(Layer layer) {
+  CHECK(layer_rows()[static_cast<size_t>(layer)].is_integer);
+  return std::get<IntLayer>(make_any_layer(layer));
 }
 
 void Store::drop_layer(Layer layer) {
@@ -234,10 +264,14 @@ const MaskVolume& Store::masks(MaskKind kind) const {
 
 // ---- Store: writing --------------------------------------------------------------------------------------------
 
-void Store::leaf_changed(LeafPos l) {
+void Store::note_change(LeafPos l) {
   nodes_->changed(region_from_leaf(l));
   for (auto& list : nodes_->dirty)
     if (list.empty() || list.back() != l) list.push_back(l);
+}
+
+void Store::leaf_changed(LeafPos l) {
+  note_change(l);
   for (int k = 0; k < kMaskKinds; ++k)
     if (nodes_->masks[k]) nodes_->masks[k]->set_leaf(l, leaf_mask_of_kind(nodes_->leaf(l), palette_->masks(), k));
 }
@@ -308,20 +342,23 @@ std::vector<RegionPos> Store::unsaved() const {
 
 bool Store::has_unsaved() const {
   return !nodes_->unsaved.empty() || !nodes_->dropped_layers.empty() ||
-         std::any_of(nodes_->layers.begin(), nodes_->layers.end(),
-                     [](const auto& entry) { return !entry.second.unsaved().empty(); });
+         std::any_of(nodes_->layers.begin(), nodes_->layers.end(), [](const auto& entry) {
+           return std::visit([](const auto& values) { return !values.unsaved().empty(); }, entry.second);
+         });
 }
 
 bool Store::is_unsaved(RegionPos r) const {
-  return nodes_->unsaved.contains(r) || std::any_of(nodes_->layers.begin(), nodes_->layers.end(),
-                                                    [&](const auto& entry) { return entry.second.is_unsaved(r); });
+  return nodes_->unsaved.contains(r) ||
+         std::any_of(nodes_->layers.begin(), nodes_->layers.end(), [&](const auto& entry) {
+           return std::visit([&](const auto& values) { return values.is_unsaved(r); }, entry.second);
+         });
 }
 
 void Store::mark_saved() {
   nodes_->unsaved.clear();
   nodes_->last_unsaved.reset();
   nodes_->dropped_layers.clear();
-  for (auto& [layer, values] : nodes_->layers) values.mark_saved();
+  for (auto& [layer, grid] : nodes_->layers) std::visit([](auto& values) { values.mark_saved(); }, grid);
 }
 
 void Store::mark_unsaved(std::span<const RegionPos> regions) { nodes_->unsaved.insert(regions.begin(), regions.end()); }
@@ -367,16 +404,19 @@ void Store::install(PreparedRegion&& region) {
   }
 }
 
-void Store::install(Layer layer, RegionPos r, FloatLayer&& part) {
+void Store::install(Layer layer, RegionPos r, AnyLayer&& part) {
   CHECK_EQ(nodes_->views.load(), 0);
-  FloatLayer& values = make_layer(layer);
-  CHECK(!values.is_unsaved(r));
-  values.install(r, std::move(part));
+  std::visit(
+      [&](auto& values) {
+        CHECK(!values.is_unsaved(r));
+        values.install(r, std::get<std::decay_t<decltype(values)>>(std::move(part)));
+      },
+      make_any_layer(layer));
 }
 
 void Store::evict(RegionPos r) {
   CHECK_EQ(nodes_->views.load(), 0);
-  for (auto& [layer, values] : nodes_->layers) values.evict(r);
+  for (auto& [layer, grid] : nodes_->layers) std::visit([&](auto& values) { values.evict(r); }, grid);
   const RegionSlot* slot = slot_at(*nodes_, r);
   if (!slot) return;
   note_replaced(*nodes_, r, slot, nullptr);
@@ -443,7 +483,8 @@ size_t Store::region_bytes(RegionPos r) const {
   for (const auto& masks : nodes_->masks)
     if (masks)
       if (const MaskRegion* region = masks->region(r)) total += bytes_of(*region);
-  for (const auto& [layer, values] : nodes_->layers) total += values.region_bytes(r);
+  for (const auto& [layer, grid] : nodes_->layers)
+    total += std::visit([&](const auto& values) { return values.region_bytes(r); }, grid);
   return total;
 }
 

@@ -4,8 +4,8 @@
 ///   beside the tree: regions at rest, packed by palette (world/store/packed_region.h); the first edit opens them
 ///
 /// Reading is free for any number of threads while nobody edits; editing needs exclusive access, and a CHECK stops an
-/// edit while a WorldView lives. Every edit goes through apply() or adopt(), which keep the census (how many voxels of
-/// each block, by region), the dirty sets, the undo log and the derived masks.
+/// edit while a WorldView lives. Every edit goes through apply(), write_leaves() or adopt(), which keep the census (how
+/// many voxels of each block, by region), the dirty sets, the undo log and the derived masks.
 /// A tile says one id for its whole cube, exactly as 512 equal voxels would.
 #pragma once
 
@@ -96,6 +96,9 @@ class Store {
   // ---- writing ----
   /// Applies the batch in order. Positions outside the world's border are an error and change nothing.
   Result<EditReport> apply(const EditBatch& batch, UndoLog* undo = nullptr);
+  /// The same as a batch that sets every voxel of these leaves in turn, in a fraction of its time. Order is free; of a
+  /// leaf that comes twice the last counts.
+  Result<EditReport> write_leaves(std::span<const LeafWrite> leaves, UndoLog* undo = nullptr);
   /// Puts a built region in the place of what was there.
   void adopt(RegionBuilder&& region);
   /// Turns leaves of one value into tiles; after many random edits.
@@ -123,7 +126,7 @@ class Store {
   // ---- what is in memory ----
   /// Puts a region in place that a save or a generator holds already: not a change to be saved.
   void install(PreparedRegion&& region);
-  void install(Layer layer, RegionPos r, FloatLayer&& part);
+  void install(Layer layer, RegionPos r, AnyLayer&& part);
   /// Forgets a region and what layers hold there, as if it were air, without calling that a change to be saved.
   void evict(RegionPos r);
   /// Packs regions by palette until they are edited again; blocks read the same.
@@ -136,9 +139,14 @@ class Store {
   unsigned mask_kinds() const;             // bit k: masks of kind k have been asked for
 
   // ---- further layers: they exist only once something makes them ----
-  /// The layer, or null where nothing has made it.
+  /// The layer, or null where nothing has made it. To ask for one that is of integers by the functions without `int`,
+  /// or the other way round, is a bug.
   const FloatLayer* find_layer(Layer layer) const;
+  const IntLayer* find_int_layer(Layer layer) const;
+  const AnyLayer* find_any_layer(Layer layer) const;
   FloatLayer& make_layer(Layer layer);
+  IntLayer& make_int_layer(Layer layer);
+  AnyLayer& make_any_layer(Layer layer);
   void drop_layer(Layer layer);
   /// Layers that were dropped since the last mark_saved(): a save has rows of them still.
   std::vector<Layer> dropped_layers() const;
@@ -155,6 +163,7 @@ class Store {
  private:
   friend class UndoLog;
   void leaf_changed(LeafPos l);
+  void note_change(LeafPos l);  // to savers and subscribers
   /// Swaps the blocks that an undo step holds with those of the store.
   void swap_leaves(std::vector<LeafUndo>& step);
   const BlockPalette* palette_;

@@ -38,8 +38,10 @@ inline LeafBlocks leaf_of(const RegionNode& node, int leaf_index) {
   return {nullptr, node.getTable()[n].getValue()};
 }
 
-struct FloatLayer::Grid {
-  openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(0.0f);
+template <class T>
+struct GridLayer<T>::Grid {
+  using Type = std::conditional_t<std::is_same_v<T, float>, openvdb::FloatGrid, openvdb::Int32Grid>;
+  typename Type::Ptr grid = Type::create(T{0});
 };
 
 /// Counts of the blocks of one region; sorted by id, never air, never zero.
@@ -97,7 +99,7 @@ struct StoreNodes {
   std::unordered_map<RegionPos, RegionCensus, PosHash> census;
   std::unique_ptr<MaskVolume> masks[kMaskKinds];
   std::vector<std::vector<LeafPos>> dirty;  // by subscriber; may hold a leaf twice until taken
-  std::map<Layer, FloatLayer> layers;       // made on demand
+  std::map<Layer, AnyLayer> layers;         // made on demand
   std::set<Layer> dropped_layers;           // since the last save
   mutable std::atomic<int> views{0};
   std::unordered_set<RegionPos, PosHash> unsaved;

@@ -30,8 +30,9 @@ Streamer::Streamer(World& world, SaveSession* session, const Generator* generato
   std::vector<RegionPos> there = world_.store.regions();
   for (size_t i = 0; i < layer_rows().size(); ++i)
     if (const auto layer = static_cast<Layer>(i); layer != Layer::block)
-      if (const FloatLayer* values = world_.store.find_layer(layer))
-        for (const RegionPos& r : values->regions()) there.push_back(r);
+      if (const AnyLayer* any = world_.store.find_any_layer(layer))
+        for (const RegionPos& r : std::visit([](const auto& values) { return values.regions(); }, *any))
+          there.push_back(r);
   for (const RegionPos& r : there) {
     if (resident_.contains(r)) continue;
     Resident& entry = resident_[r];
@@ -71,10 +72,8 @@ Status Streamer::fetch_from_save(Arrival& arrival, unsigned mask_kinds) const {
       arrival.region.emplace(*builder, *world_.palette, mask_kinds);
       continue;
     }
-    const Result<std::string> stream = stream_of(*row);
-    if (!stream.ok()) return damaged(stream.error());
-    FloatLayer values;
-    const Status decoded = values.decode_region(*stream, pos);
+    AnyLayer values = empty_layer(layer);
+    const Status decoded = decode_values(*row, values);
     if (!decoded.ok()) return damaged(decoded.error());
     arrival.layers.emplace_back(layer, std::move(values));
   }
@@ -100,7 +99,8 @@ Streamer::Arrival Streamer::fetch(RegionPos pos, unsigned mask_kinds) const {
       arrival.region.emplace(builder, *world_.palette, mask_kinds);
     }
     arrival.bytes = arrival.region->bytes();
-    for (const auto& [layer, values] : arrival.layers) arrival.bytes += values.region_bytes(pos);
+    for (const auto& [layer, any] : arrival.layers)
+      arrival.bytes += std::visit([&](const auto& values) { return values.region_bytes(pos); }, any);
   } catch (const std::bad_alloc&) {
     arrival.region.reset();
     arrival.error = fmt::format("region ({}, {}, {}): memory ran out while it was read", pos.x, pos.y, pos.z);

@@ -80,7 +80,7 @@ class Streamer {
   struct Arrival {
     RegionPos pos;
     std::optional<PreparedRegion> region;  // nothing: it could not be read
-    std::vector<std::pair<Layer, FloatLayer>> layers;
+    std::vector<std::pair<Layer, AnyLayer>> layers;
     size_t bytes = 0;  // of all that
     std::string error;
     bool generated = false;

@@ -48,6 +48,33 @@ TEST(EveryBlock, PhaseFitsItsOtherProperties) {
   }
 }
 
+TEST(EveryBlock, SaysHowItRestsOrFlowsIfItDoes) {
+  // What is poured in heaps or flows has a value of its own, found in a table, though it may be that of water.
+  const BlockPalette& blocks = standard_blocks();
+  const Block usual;
+  std::set<double> angles, viscosities;
+  for (size_t id = 0; id < blocks.size(); ++id) {
+    const Block& block = blocks[static_cast<BlockId>(id)];
+    if (block.phase == Phase::granular) {
+      angles.insert(block.repose_deg);
+      EXPECT_NE(block.repose_deg, usual.repose_deg) << block.name;
+    } else {
+      EXPECT_EQ(block.repose_deg, usual.repose_deg) << block.name;
+    }
+    if (block.phase == Phase::liquid)
+      viscosities.insert(block.viscosity_pa_s);
+    else
+      EXPECT_EQ(block.viscosity_pa_s, usual.viscosity_pa_s) << block.name;
+  }
+  EXPECT_GE(angles.size(), 5u);
+  EXPECT_EQ(viscosities.size(), 7u);
+  const auto viscosity = [&](const char* name) { return blocks[*blocks.find(name)].viscosity_pa_s; };
+  EXPECT_LT(viscosity("water"), viscosity("mercury"));
+  EXPECT_LT(viscosity("mercury"), viscosity("oil"));
+  EXPECT_LT(viscosity("oil"), viscosity("honey"));
+  EXPECT_LT(viscosity("honey"), viscosity("lava"));
+}
+
 TEST(EveryBlock, WhatIsDrawnAsAProxyLetsLightPast) {
   const BlockPalette& blocks = standard_blocks();
   for (size_t id = 0; id < blocks.size(); ++id) {

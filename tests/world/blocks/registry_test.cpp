@@ -82,6 +82,47 @@ TEST(BlockFile, WhatASurfaceScattersReadsBackAsWritten) {
   EXPECT_FALSE(palette.add(block).ok()) << "a different block of that name";
 }
 
+TEST(BlockFile, HowABlockRestsAndFlowsIsCheckedAndReadsBackAsWritten) {
+  const auto with = [](const std::string& line) {
+    return error_of("[a]\nalbedo = [0.1, 0.2, 0.3]\n" + line + "\n" + kRest);
+  };
+  EXPECT_EQ(with("phase = 'granular'\nrepose_deg = 15"), "");
+  EXPECT_EQ(with("phase = 'granular'\nrepose_deg = 14.9"),
+            "rock.toml:4:14: 'repose_deg' is 14.9, but must be in [15, 70]");
+  EXPECT_EQ(with("repose_deg = 30"),
+            "rock.toml:3:14: 'repose_deg' needs 'phase = \"granular\"': nothing else comes to rest in heaps");
+  EXPECT_EQ(with("phase = 'liquid'\nviscosity_pa_s = 1e7"), "");
+  EXPECT_EQ(with("phase = 'liquid'\nviscosity_pa_s = 0"),
+            "rock.toml:4:18: 'viscosity_pa_s' is 0, but must be in (0, 1e+07]");
+  EXPECT_EQ(with("phase = 'gas'\nviscosity_pa_s = 1"),
+            "rock.toml:4:18: 'viscosity_pa_s' needs 'phase = \"liquid\"': nothing else flows by it");
+
+  Block sand, tar;
+  sand.name = "sand", sand.phase = Phase::granular, sand.repose_deg = 33.3;
+  tar.name = "tar", tar.phase = Phase::liquid, tar.viscosity_pa_s = 1.0 / 3;
+  BlockPalette palette;
+  ASSERT_TRUE(add_blocks_from_toml(palette, toml_from_block(sand) + toml_from_block(tar), "a.toml").ok());
+  EXPECT_EQ(palette[1].repose_deg, 33.3);
+  EXPECT_EQ(palette[2].viscosity_pa_s, 1.0 / 3);
+  EXPECT_TRUE(palette.add(sand).ok() && palette.add(tar).ok());
+  sand.repose_deg = 33, tar.viscosity_pa_s = 0.3;
+  EXPECT_FALSE(palette.add(sand).ok()) << "a different block of that name";
+  EXPECT_FALSE(palette.add(tar).ok());
+  sand.name = "b", sand.repose_deg = 71;
+  EXPECT_EQ(palette.add(sand).error().message, "block 'b': repose is 71, but must be in [15, 70]");
+}
+
+TEST(BlockFile, OfTheUsualRestAndFlowTheTextSaysNothing) {
+  // Else programs that don't know these keys could not read any palette.
+  for (const Phase phase : {Phase::gas, Phase::liquid, Phase::granular, Phase::solid}) {
+    Block block;
+    block.name = "a", block.phase = phase, block.opaque = false;
+    const std::string text = toml_from_block(block);
+    EXPECT_EQ(text.find("repose"), text.npos);
+    EXPECT_EQ(text.find("viscosity"), text.npos);
+  }
+}
+
 TEST(BlockPalette, RefusesASurfaceThatScattersMoreThanArrives) {
   BlockPalette palette;
   Block block;
@@ -166,6 +207,9 @@ TEST(MaskBits, SayWhatABlockIsToLightBodiesAndRules) {
   EXPECT_TRUE(has("lava", MaskKind::liquid) && has("lava", MaskKind::emitting));
   EXPECT_TRUE(has("lamp_warm", MaskKind::emitting) && !has("stone", MaskKind::emitting));
   EXPECT_TRUE(has("smoke", MaskKind::occupied) && !has("smoke", MaskKind::solid) && !has("smoke", MaskKind::liquid));
+  EXPECT_TRUE(has("sand", MaskKind::granular) && !has("stone", MaskKind::granular) &&
+              !has("water", MaskKind::granular));
+  EXPECT_TRUE(has("smoke", MaskKind::gas) && !has("water", MaskKind::gas) && !has("air", MaskKind::gas));
 }
 
 }  // namespace

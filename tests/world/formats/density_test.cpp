@@ -45,7 +45,7 @@ TEST(VdbDensity, ALevelSetMakesALayerOfDistancesInVoxelsThatItsBlocksAgreeWith) 
   uint64_t active = 0;
   std::vector<float> values(kLeafVoxels);
   for (const LeafPos& leaf : distance->leaves()) {
-    distance->read_cube(voxel_from_leaf(leaf), kLeafSize, values);
+    distance->read_cube(voxel_from_leaf(leaf), kLeafSize, NAN, values);
     for (int i = 0; i < kLeafVoxels; ++i) {
       const float value = values[static_cast<size_t>(i)];
       if (std::isnan(value)) continue;

@@ -74,7 +74,7 @@ TEST(Nvdb, TheSameVolumeAsTheVdbFile) {
   }
 }
 
-/// Blocks and both further layers.
+/// Blocks, layers of floats and one of integers.
 World layered_world() {
   World world(standard_blocks());
   EditBatch batch;
@@ -85,6 +85,7 @@ World layered_world() {
   for (int i = 0; i < 300; ++i) {
     world.store.make_layer(Layer::density).set({i, i % 17, -i}, 0.25f * static_cast<float>(i));
     world.store.make_layer(Layer::distance).set({-i, i % 5, i}, 0.5f - static_cast<float>(i % 3));
+    world.store.make_int_layer(Layer::heat).set({-i, i % 5, i}, (i - 150) * 14'000'000);
   }
   world.metadata["voxel_size_m"] = "0.25";
   world.metadata["seed"] = "7";
@@ -115,6 +116,11 @@ TEST(Nvdb, AWorldWithItsLayersComesBack) {
       for (const RegionPos r : x->regions())
         EXPECT_EQ(*x->encode_region(r, StreamCompression::none), *y->encode_region(r, StreamCompression::none));
     }
+    const IntLayer *x = world.store.find_int_layer(Layer::heat), *y = back.store.find_int_layer(Layer::heat);
+    ASSERT_TRUE(x && y);
+    ASSERT_EQ(x->regions(), y->regions());
+    for (const RegionPos r : x->regions())
+      EXPECT_EQ(*x->encode_region(r, StreamCompression::none), *y->encode_region(r, StreamCompression::none));
     // The same world gives the same bytes.
     ASSERT_TRUE(write_world(back, folder / (std::string("b") + file)));
     EXPECT_EQ(bytes_of(folder / file), bytes_of(folder / (std::string("b") + file)));

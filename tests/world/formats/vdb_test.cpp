@@ -159,7 +159,8 @@ TEST(Vdb, OpenVdbsOwnToolReadsWhatWeWrite) {
   if (std::system("command -v vdb_print > /dev/null") != 0)
     GTEST_SKIP() << "skipped: vdb_print (libopenvdb-tools) is not here";
   const TemporaryFolder folder;
-  const World world = sample_world();
+  World world = sample_world();
+  for (int i = 0; i < 1234; ++i) world.store.make_int_layer(Layer::liquid).set({i, -i, 3}, i - 600);
   ASSERT_TRUE(write_world(world, folder / "a.vdb"));
   const std::string command = "vdb_print -l -m " + (folder / "a.vdb").string() + " 2>&1";
   std::FILE* pipe = ::popen(command.c_str(), "r");
@@ -167,7 +168,8 @@ TEST(Vdb, OpenVdbsOwnToolReadsWhatWeWrite) {
   std::string text;
   for (char line[4096]; std::fgets(line, sizeof line, pipe);) text += line;
   EXPECT_EQ(::pclose(pipe), 0) << text;
-  for (const char* expected : {"block_id", "int32", "loam_block_1: [\"", "creator: Loam", "voxel size: 0.25"}) {
+  for (const char* expected :
+       {"block_id", "int32", "loam_block_1: [\"", "creator: Loam", "voxel size: 0.25", "liquid", "1,234", "-600"}) {
     EXPECT_NE(text.find(expected), std::string::npos) << "no " << expected << " in:\n" << text.substr(0, 4000);
   }
   EXPECT_NE(text.find(std::to_string(world.store.voxel_count())), std::string::npos);

@@ -9,6 +9,12 @@
 namespace world {
 namespace {
 
+void expect_equal_palettes(const BlockPalette& a, const BlockPalette& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (size_t id = 0; id < a.size(); ++id)
+    EXPECT_EQ(toml_from_block(a[static_cast<BlockId>(id)]), toml_from_block(b[static_cast<BlockId>(id)]));
+}
+
 TEST(LoamSave, RoundTripKeepsBlocksPaletteSurroundingsAndMetadata) {
   TemporaryFolder folder;
   const World world = sample_world();
@@ -51,9 +57,73 @@ TEST(LoamSave, LayersExistOnlyWhereMadeAndComeBackEqual) {
   EXPECT_EQ(world.store.find_layer(Layer::density), nullptr);
 }
 
+TEST(LoamSave, LayersOfIntegersComeBackEqualToTheLastBit) {
+  TemporaryFolder folder;
+  World world = sample_world();
+  std::mt19937 rng(3);
+  for (const Layer layer : {Layer::liquid, Layer::gas, Layer::heat, Layer::growth}) {
+    IntLayer& values = world.store.make_int_layer(layer);
+    for (int i = 0; i < 500; ++i)
+      values.set({int(rng() % 300) - 150, int(rng() % 300) - 150, int(rng() % 9)}, static_cast<int32_t>(rng()));
+    for (const int32_t value : {0, INT32_MIN, INT32_MAX}) values.set({value & 7, 500, 1}, value);
+  }
+  ASSERT_TRUE(write_world(world, folder / "a.loam").ok());
+  EXPECT_TRUE(check_save(folder / "a.loam")->clean());
+  const auto again = load(folder / "a.loam");
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  for (const Layer layer : {Layer::liquid, Layer::gas, Layer::heat, Layer::growth}) {
+    const IntLayer &a = *world.store.find_int_layer(layer), &b = *again->store.find_int_layer(layer);
+    ASSERT_EQ(a.leaves(), b.leaves());
+    for (const LeafPos& l : a.leaves()) {
+      std::array<int32_t, kLeafVoxels> x, y;
+      LeafMask active_x, active_y;
+      ASSERT_TRUE(a.read_leaf(l, x, active_x) && b.read_leaf(l, y, active_y));
+      ASSERT_EQ(x, y);
+      ASSERT_EQ(active_x, active_y);
+    }
+  }
+  EXPECT_EQ(again->store.find_layer(Layer::density), nullptr);
+  // A value that was damaged is found, and its layer named; a repair keeps the rest.
+  sql(folder / "a.loam", "UPDATE region SET bytes = zeroblob(length(bytes)) WHERE layer = 'heat' AND x = 0 AND y = 0");
+  const auto broken = load(folder / "a.loam");
+  ASSERT_FALSE(broken.ok());
+  EXPECT_NE(broken.error().message.find("layer heat, region (0, 0, 0)"), std::string::npos) << broken.error().message;
+  ASSERT_TRUE(repair_save(folder / "a.loam").ok());
+  const auto repaired = load(folder / "a.loam");
+  ASSERT_TRUE(repaired.ok()) << repaired.error().message;
+  EXPECT_EQ(repaired->store.find_int_layer(Layer::liquid)->active_voxels(),
+            world.store.find_int_layer(Layer::liquid)->active_voxels());
+  EXPECT_LT(repaired->store.find_int_layer(Layer::heat)->active_voxels(),
+            world.store.find_int_layer(Layer::heat)->active_voxels());
+}
+
+TEST(LoamSave, ALayerOfAnotherTypeIsRefused) {
+  TemporaryFolder folder;
+  World world = sample_world();
+  world.store.make_int_layer(Layer::heat).set({1, 2, 3}, 4);
+  ASSERT_TRUE(write_world(world, folder / "a.loam").ok());
+  auto file = SaveFile::open(folder / "a.loam", SaveFile::Access::edit);
+  ASSERT_TRUE(file.ok());
+  auto row = (*file)->read_row(Layer::heat, {0, 0, 0});
+  ASSERT_TRUE(row.ok() && *row);
+  (*row)->layer = Layer::density;  // whose values are floats; its hash is right all the same
+  auto transaction = SaveFile::Transaction::begin(**file);
+  ASSERT_TRUE((*transaction)->put(std::move(**row)).ok());
+  ASSERT_TRUE((*transaction)->commit().ok());
+  transaction = input_error("done");
+  file = input_error("closed");
+  const auto refused = load(folder / "a.loam");
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().message.find("does not hold exactly one grid of floats"), std::string::npos)
+      << refused.error().message;
+  EXPECT_FALSE(check_save(folder / "a.loam")->clean());
+}
+
 TEST(HardCaseIO19, SaveLoadSaveGivesTheSameBytes) {
   TemporaryFolder folder;
-  ASSERT_TRUE(write_world(sample_world(), folder / "a.loam").ok());
+  World world = sample_world();
+  for (int i = 0; i < 200; ++i) world.store.make_int_layer(Layer::liquid).set({i * 7, 3, i % 5}, i - 100);
+  ASSERT_TRUE(write_world(world, folder / "a.loam").ok());
   const auto again = load(folder / "a.loam");
   ASSERT_TRUE(again.ok());
   ASSERT_TRUE(write_world(*again, folder / "b.loam").ok());
@@ -127,7 +197,7 @@ TEST(HardCaseIO14, ForeignTablesAndTriggersAreRefused) {
 TEST(HardCaseIO16, ANewerVersionIsRefusedWithASentence) {
   TemporaryFolder folder;
   ASSERT_TRUE(write_world(sample_world(), folder / "a.loam").ok());
-  sql(folder / "a.loam", "PRAGMA user_version = 5");
+  sql(folder / "a.loam", "PRAGMA user_version = 6");
   const auto refused = load(folder / "a.loam");
   ASSERT_FALSE(refused.ok());
   EXPECT_NE(refused.error().message.find("newer Loam"), std::string::npos);
@@ -255,9 +325,7 @@ TEST(LoamSave, VersionThreeIsReadAsItIsAndBecomesTheNewestWhereItIsEdited) {
   const auto read = load(path);
   ASSERT_TRUE(read.ok()) << read.error().message;
   EXPECT_EQ(read->store.content_hash(), world.store.content_hash());
-  for (size_t id = 0; id < world.palette->size(); ++id)
-    EXPECT_EQ(toml_from_block((*read->palette)[static_cast<BlockId>(id)]),
-              toml_from_block((*world.palette)[static_cast<BlockId>(id)]));
+  expect_equal_palettes(*read->palette, *world.palette);
 }
 
 TEST(LoamSave, ADamagedOlderPaletteIsNotGivenANewDigest) {
@@ -268,6 +336,61 @@ TEST(LoamSave, ADamagedOlderPaletteIsNotGivenANewDigest) {
   EXPECT_FALSE(SaveSession::open(path, {}).ok());
   EXPECT_EQ(check_save(path)->version, 3);
   EXPECT_FALSE(check_save(path)->clean());
+}
+
+// ---- version 4 -------------------------------------------------------------------------------------------------
+
+TEST(LoamSave, VersionFourIsReadAsItIsAndBecomesTheNewestWhereItIsEdited) {
+  const TemporaryFolder folder;
+  const auto path = folder / "old.loam";
+  World world = sample_world();
+  world.store.make_layer(Layer::density).set({1, 2, 3}, 0.25f);
+  write_older_save(world, path, 4);
+  const auto before = *read_file(path);
+  {
+    const auto read = load(path);
+    ASSERT_TRUE(read.ok()) << read.error().message;
+    EXPECT_EQ(read->store.content_hash(), world.store.content_hash());
+    EXPECT_EQ(read->environment, world.environment) << "with the usual temperature";
+    EXPECT_EQ(read->simulation, SimulationRequest{});
+    expect_equal_palettes(*read->palette, *world.palette);
+    EXPECT_EQ(*read_file(path), before) << "reading must not write";
+    EXPECT_EQ(check_save(path)->version, 4);
+    EXPECT_TRUE(check_save(path)->clean());
+  }
+  {
+    auto session = SaveSession::open(path, {});
+    ASSERT_TRUE(session.ok()) << session.error().message;
+    ASSERT_TRUE((*session)->world().store.apply(edit_number(1)).ok());
+    (*session)->world().store.make_int_layer(Layer::liquid).set({1, 2, 3}, 77);
+    (*session)->world().environment.temperature = Kelvin{250.1};
+    ASSERT_TRUE((*session)->close().ok());
+  }
+  ASSERT_TRUE(world.store.apply(edit_number(1)).ok());
+  EXPECT_EQ(check_save(path)->version, kSaveVersion);
+  EXPECT_TRUE(check_save(path)->clean());
+  const auto read = load(path);
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_EQ(read->store.content_hash(), world.store.content_hash());
+  EXPECT_EQ(read->store.find_layer(Layer::density)->get({1, 2, 3}), 0.25f);
+  EXPECT_EQ(read->store.find_int_layer(Layer::liquid)->get({1, 2, 3}), 77);
+  EXPECT_EQ(read->environment.temperature, Kelvin{250.1});
+  expect_equal_palettes(*read->palette, *world.palette);
+}
+
+TEST(LoamSave, OlderBlocksRestAndFlowAsTheStandardBlockThatTheyAre) {
+  const Block lava = standard_blocks()[*standard_blocks().find("lava")];
+  BlockPalette older, changed, newer;
+  ASSERT_TRUE(add_saved_block(older, toml_before_5(lava), 4, "here").ok());
+  EXPECT_EQ(older[1].viscosity_pa_s, lava.viscosity_pa_s);
+  Block cold = lava;
+  cold.emission = {};
+  ASSERT_TRUE(add_saved_block(changed, toml_before_5(cold), 4, "here").ok());
+  EXPECT_EQ(changed[1].viscosity_pa_s, Block{}.viscosity_pa_s) << "another block of that name";
+  ASSERT_TRUE(add_saved_block(newer, toml_before_5(lava), 5, "here").ok());
+  EXPECT_EQ(newer[1].viscosity_pa_s, Block{}.viscosity_pa_s) << "it says so";
+  EXPECT_FALSE(add_saved_block(newer, "", 5, "here").ok());
+  EXPECT_FALSE(add_saved_block(newer, toml_from_block(cold), 4, "here").ok()) << "the name is taken";
 }
 
 // ---- how large it is -------------------------------------------------------------------------------------------

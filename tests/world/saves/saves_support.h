@@ -10,6 +10,7 @@
 
 #include "tests/support.h"
 #include "world/formats/format.h"
+#include "world/saves/palette_rows.h"
 #include "world/saves/schema.h"
 #include "world/saves/session.h"
 
@@ -71,21 +72,40 @@ inline void sql(const std::filesystem::path& path, const char* text) {
   sqlite3_close(db);
 }
 
-/// A save as programs of version 2 or 3 wrote it: each block a row of text; before version 3 no assets.
+/// The text of a block that programs before version 5 wrote: nothing of how it rests or flows.
+inline std::string toml_before_5(Block block) {
+  block.repose_deg = Block{}.repose_deg, block.viscosity_pa_s = Block{}.viscosity_pa_s;
+  return toml_from_block(block);
+}
+
+/// A save as programs of versions 2 to 4 wrote it: before version 4 each block a row of text; before version 3 no
+/// assets. Not of layers of integers.
 inline void write_older_save(const World& world, const std::filesystem::path& path, int version) {
   ASSERT_TRUE(write_new_save(world, path).ok());
   auto db = Database::open(path, Database::Access::edit);
   ASSERT_TRUE(db.ok());
+  ASSERT_TRUE(db->run("DELETE FROM meta WHERE key IN ('environment.temperature', 'scene.simulation')").ok());
   ASSERT_TRUE(db->run(std::string("DROP TABLE palette;") + tables_of_version(version)[1]).ok());
   auto row = Statement::prepare(*db, "INSERT INTO palette VALUES (?1, ?2, ?3, ?4)");
   ASSERT_TRUE(row.ok());
+  std::vector<std::string> texts;
   for (size_t id = 1; id < world.palette->size(); ++id) {
     const Block& block = (*world.palette)[static_cast<BlockId>(id)];
-    const std::string properties = toml_from_block(block);
     const auto key = static_cast<int64_t>(id);
-    row->bind(1, key), row->bind(2, block.name), row->bind(3, properties);
-    row->bind(4, hash_of_palette_row(key, block.name, properties));
-    ASSERT_TRUE(row->finish().ok());
+    texts.push_back(toml_before_5(block));
+    if (version >= 4) {
+      if (texts.size() < kPaletteRowBlocks && id + 1 < world.palette->size()) continue;
+      const auto packed = make_palette_row(id + 1 - texts.size(), texts);
+      ASSERT_TRUE(packed.ok());
+      row->bind(1, packed->id), row->bind(2, packed->blocks), row->bind(3, packed->hash);
+      row->bind_blob(4, packed->bytes);
+      ASSERT_TRUE(row->finish().ok());
+    } else {
+      row->bind(1, key), row->bind(2, block.name), row->bind(3, texts.back());
+      row->bind(4, hash_of_palette_row(key, block.name, texts.back()));
+      ASSERT_TRUE(row->finish().ok());
+    }
+    texts.clear();
   }
   if (version == 2) {
     ASSERT_TRUE(db->run("DROP TABLE asset").ok());

@@ -148,6 +148,37 @@ TEST(SaveSession, LayersAreWrittenWhereTheyChanged) {
   EXPECT_EQ(again->store.find_layer(Layer::density), nullptr);
 }
 
+TEST(SaveSession, LayersOfIntegersAreWrittenWhereTheyChangedAndGoWhereTheyEmptied) {
+  const TemporaryFolder folder;
+  const std::array<int32_t, kLeafVoxels> values{-5, 7, 9};
+  const auto saved = [&] { return load(folder / "a.loam").value(); };
+  {
+    const Session session = start(folder / "a.loam");
+    IntLayer& liquid = session->world().store.make_int_layer(Layer::liquid);
+    liquid.write_leaf({0, 0, 0}, values, kAllMask);
+    liquid.write_leaf({70, 0, 0}, values, kAllMask);
+    session->world().store.make_layer(Layer::density).set({5, 6, 7}, 0.5f);
+    EXPECT_TRUE(session->has_changes());
+    ASSERT_TRUE(session->begin_save());
+    liquid.set({0, 0, 0}, 1000);  // after the snapshot
+    ASSERT_TRUE(session->wait().ok());
+    EXPECT_EQ(session->last_report().regions, 0u) << "no blocks changed";
+    EXPECT_EQ(saved().store.find_int_layer(Layer::liquid)->get({0, 0, 0}), -5);
+    EXPECT_EQ(saved().store.find_layer(Layer::density)->get({5, 6, 7}), 0.5f);
+    EXPECT_TRUE(session->has_changes());
+    liquid.write_leaf({70, 0, 0}, values, kNoneMask);
+    ASSERT_TRUE(session->save().ok());
+    EXPECT_FALSE(session->has_changes());
+    EXPECT_EQ(saved().store.find_int_layer(Layer::liquid)->get({0, 0, 0}), 1000);
+    EXPECT_EQ(saved().store.find_int_layer(Layer::liquid)->regions(), (std::vector<RegionPos>{{0, 0, 0}}));
+    session->world().store.drop_layer(Layer::liquid);
+    EXPECT_EQ(session->world().store.find_int_layer(Layer::liquid), nullptr);
+    ASSERT_TRUE(session->close().ok());
+  }
+  EXPECT_EQ(saved().store.find_int_layer(Layer::liquid), nullptr);
+  EXPECT_NE(saved().store.find_layer(Layer::density), nullptr);
+}
+
 TEST(HardCaseIO21, AWriteProtectedSaveIsSaidWhenItIsOpened) {
   if (::getuid() == 0) GTEST_SKIP() << "root may write everything";
   const TemporaryFolder folder;

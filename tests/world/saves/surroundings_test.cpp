@@ -25,6 +25,8 @@ std::shared_ptr<const LightImage> stripes(int width, int height) {
 World furnished_world() {
   World world = sample_world();
   world.knobs = {{"exposure", "0.5"}, {"light_transport", "path"}};
+  world.environment.temperature = Kelvin{1.0 / 3};
+  world.simulation = {UINT64_MAX, {"rain", "a \"quoted\" name"}, {{"liquid_rule", "pipes"}, {"a b", "\n"}}};
   CameraPlacement camera;
   camera.name = "a \"quoted\" name, \n\t \xc3\xa9";
   camera.position = WorldPoint::from(0.1, -7.3, 1e9 + 0.7);
@@ -136,6 +138,8 @@ void expect_equal_surroundings(const World& a, const World& b) {
     EXPECT_EQ(x.checkers, y.checkers);
   }
   EXPECT_EQ(a.knobs, b.knobs);
+  EXPECT_EQ(a.environment, b.environment);
+  EXPECT_EQ(a.simulation, b.simulation);
 }
 
 int64_t count_of(const fs::path& path, const char* query) {
@@ -323,6 +327,11 @@ TEST(LoamSave, RecordsThatCannotBeAreRefused) {
   refused("scene.camera.000000", "[[camera]]\nforward = [1, 1, 0]\n");
   refused("scene.camera.000000", "[[camera]]\nposition = [0.5, 0, 0, 0, 0, 0]\n");
   refused("scene.camera.000000", "[[camera]]\nposition = [3e9, 0, 0, 0, 0, 0]\n");
+  refused("scene.simulation", "seed = 7\n");
+  refused("scene.simulation", "seed = \"-1\"\n");
+  refused("scene.simulation", "seed = \"18446744073709551616\"\n");
+  refused("scene.simulation", "effect = [\"rain\"]\n");
+  refused("scene.simulation", "[knobs]\na = 1\n");
   refused("scene.furniture.000000", "[[furniture]]\n");
   refused("scene.camera.000000", "[[camera");
 }

@@ -107,6 +107,52 @@ TEST(Scene, TheOverviewCameraSeesAllCornersOfAThing) {
   }
 }
 
+TEST(Scene, SaysHowWarmItIsAndWhatItAsksOfTheSimulation) {
+  const auto plain = scene_of(kSmall);
+  ASSERT_TRUE(plain.ok()) << plain.error().message;
+  EXPECT_EQ(plain->environment.temperature, Kelvin{288.15});
+  EXPECT_EQ(plain->simulation, SimulationRequest{});
+  const auto cold = scene_of("temperature_k = 250.5\n" + std::string(kSmall) +
+                             "[simulation]\nseed = 9007199254740993\neffects = [\"rain\", \"heat\"]\n"
+                             "[simulation.knobs]\nliquid_rule = \"pipes\"\nticks = \"3\"\n");
+  ASSERT_TRUE(cold.ok()) << cold.error().message;
+  EXPECT_EQ(cold->environment.temperature, Kelvin{250.5});
+  EXPECT_EQ(cold->simulation.seed, 9007199254740993u);
+  EXPECT_EQ(cold->simulation.effects, (std::vector<std::string>{"rain", "heat"}));
+  EXPECT_EQ(cold->simulation.knobs, (std::map<std::string, std::string>{{"liquid_rule", "pipes"}, {"ticks", "3"}}));
+  ImportReport report;
+  const auto world = build_world(*cold, report);
+  ASSERT_TRUE(world.ok()) << world.error().message;
+  EXPECT_EQ(world->environment.temperature, Kelvin{250.5});
+  EXPECT_EQ(world->simulation, cold->simulation);
+  const std::vector<EffectCall> effects = called_effects(*world);
+  const auto rain = std::find_if(effects.begin(), effects.end(), [](const EffectCall& e) { return e.name == "rain"; });
+  ASSERT_NE(rain, effects.end());
+  EXPECT_TRUE(rain->called_for);
+  EXPECT_EQ(rain->why, "the scene asks for it");
+
+  EXPECT_NE(error_of("temperature_k = 0\n" + std::string(kSmall))
+                .find("a.toml:1:17: 'temperature_k' is 0, but must be in (0, 6000]"),
+            std::string::npos);
+  EXPECT_NE(error_of(std::string(kSmall) + "[simulation]\nsed = 3\n").find("did you mean 'seed'"), std::string::npos);
+  EXPECT_NE(error_of(std::string(kSmall) + "[simulation]\nseed = -1\n").find("seed"), std::string::npos);
+}
+
+TEST(Scene, AddsWhatItAsksOfTheSimulationToWhatItsFileAsks) {
+  const TemporaryFolder folder;
+  World saved(standard_blocks());
+  saved.simulation = {7, {"rain"}, {{"a", "1"}, {"b", "2"}}};
+  ASSERT_TRUE(write_world(saved, folder / "saved.loam").ok());
+  const auto built = [&](const std::string& rest) {
+    std::ofstream(folder / "a.toml") << "[world]\nfile = \"saved.loam\"\n" << rest;
+    ImportReport report;
+    return build_world(load_scene((folder / "a.toml").string()).value(), report).value().simulation;
+  };
+  EXPECT_EQ(built(""), saved.simulation);
+  EXPECT_EQ(built("[simulation]\nseed = 3\neffects = [\"rain\", \"heat\"]\n[simulation.knobs]\nb = \"3\"\n"),
+            (SimulationRequest{3, {"rain", "heat"}, {{"a", "1"}, {"b", "3"}}}));
+}
+
 TEST(HardCaseX2, AWorldCallsOnlyForTheEffectsThatItsBlocksNeed) {
   World world(standard_blocks());
   const auto called = [&](const std::string& name) {

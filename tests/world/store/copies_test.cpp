@@ -17,7 +17,11 @@ World sample() {
   batch.set({500, -300, 7}, 5);
   EXPECT_TRUE(world.store.apply(batch).ok());
   FloatLayer& density = world.store.make_layer(Layer::density);
-  for (int i = 0; i < 2000; ++i) density.set({i * 37 % 301 - 150, i * 53 % 97, i % 13}, static_cast<float>(i % 9));
+  IntLayer& heat = world.store.make_int_layer(Layer::heat);
+  for (int i = 0; i < 2000; ++i) {
+    density.set({i * 37 % 301 - 150, i * 53 % 97, i % 13}, static_cast<float>(i % 9));
+    heat.set({i * 37 % 301 - 150, i * 53 % 97, i % 13}, i * 1'000'003 - 1'000'000'000);
+  }
   return world;
 }
 
@@ -35,7 +39,9 @@ TEST(Copies, AMovedStoreHasBlocksAndLayersElsewhere) {
     const VoxelPos v{i * 37 % 301 - 150, i * 53 % 97, i % 13};
     ASSERT_EQ(after.get(v + offset), before.get(v));
     ASSERT_EQ(after.active(v + offset), before.active(v));
+    ASSERT_EQ(there.find_int_layer(Layer::heat)->get(v + offset), world.store.find_int_layer(Layer::heat)->get(v));
   }
+  EXPECT_EQ(there.find_int_layer(Layer::heat)->active_voxels(), before.active_voxels());
   EXPECT_EQ(there.find_layer(Layer::distance), nullptr);
 }
 

@@ -63,10 +63,10 @@ openvdb::GridCPtrVec grids_from_world(const World& world) {
   openvdb::GridCPtrVec grids{grid};
   for (const LayerRow& row : layer_rows()) {
     const Layer layer = *layer_from_name(row.name);
-    const FloatLayer* values = row.name == "block" ? nullptr : world.store.find_layer(layer);
-    if (!values) continue;
-    const auto of_layer =
-        openvdb::FloatGrid::create(std::make_shared<openvdb::FloatTree>(values->grid().grid->constTree()));
+    const AnyLayer* any = layer == Layer::block ? nullptr : world.store.find_any_layer(layer);
+    if (!any) continue;
+    const openvdb::GridBase::Ptr of_layer =
+        std::visit([](const auto& values) -> openvdb::GridBase::Ptr { return values.grid().grid->deepCopy(); }, *any);
     of_layer->setName(std::string(row.name));
     of_layer->setTransform(transform);
     if (layer == Layer::density) of_layer->setGridClass(openvdb::GRID_FOG_VOLUME);
