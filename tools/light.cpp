@@ -7,6 +7,7 @@
 #include "sim/light/flood.h"
 #include "sim/light/flux.h"
 #include "sim/light/sun.h"
+#include "tools/away_regions.h"
 
 namespace tools {
 
@@ -33,6 +34,7 @@ struct LightOfWorld::State {
   uint64_t store = 0, version = 0;
   // Levels.
   std::optional<sim::FloodLight> flood;
+  std::optional<AwayRegions> away;
   // Flux, and what it was made for.
   int subscriber = 0;
   std::optional<sim::Flux> flux;
@@ -45,10 +47,20 @@ struct LightOfWorld::State {
 LightOfWorld::LightOfWorld() : state_(std::make_unique<State>()) {}
 LightOfWorld::~LightOfWorld() = default;
 
+void LightOfWorld::stream(world::Streamer* streamer) {
+  state_->flood.reset();
+  state_->away.reset();
+  if (streamer) state_->away.emplace(*streamer);
+}
+
 render::WorldLight LightOfWorld::follow_levels(const world::World& w, render::LightModel model) {
   State& s = *state_;
   s.flux.reset();
-  if (!s.flood || s.flood->volume().model() != model) s.flood.emplace(w.store, model);
+  if (!s.flood || s.flood->volume().model() != model) {
+    s.flood.emplace(w.store, model);
+    if (s.away) s.away->tell_all(*s.flood);
+  }
+  if (s.away) s.away->follow(*s.flood);
   const sim::LightReport done = s.flood->update();
   if (done.leaves_changed > 0) ++s.version;
   report_["bytes"] = s.flood->bytes();

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "render/backend.h"
+#include "world/streaming/streamer.h"
 #include "world/world.h"
 
 namespace tools {
@@ -19,6 +20,9 @@ class LightOfWorld {
   /// matters where a model can't cover all of the world.
   world::Result<render::WorldLight> follow(const world::World& world, const world::WorldPoint& around,
                                            const render::RenderKnobs& knobs);
+  /// The world is streamed from now on: what is away gives no light and takes none, in models of levels. The streamer
+  /// must outlive this; null: all of the world is there.
+  void stream(world::Streamer* streamer);
   /// What the last follow() cost: model, ms, bytes, and what the model says of itself.
   const nlohmann::json& report() const { return report_; }
 

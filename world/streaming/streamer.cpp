@@ -189,6 +189,7 @@ void Streamer::evict(RegionPos r) {
   resident_bytes_ -= found->second.bytes;
   resident_.erase(found);
   world_.store.evict(r);
+  note_moved(r);
   ++report_.evicted;
 }
 
@@ -242,6 +243,7 @@ Streamer::Resident& Streamer::install(Arrival&& arrival) {
   world_.store.install(std::move(*arrival.region));
   for (auto& [layer, values] : arrival.layers) world_.store.install(layer, pos, std::move(values));
   Resident& entry = resident_[pos];
+  note_moved(pos);
   entry.bytes = world_.store.region_bytes(pos);
   entry.distance_m = static_cast<float>(distance_m(pos));
   resident_bytes_ += entry.bytes;
@@ -339,6 +341,24 @@ const StreamingReport& Streamer::settle(std::span<const VoxelPos> viewers, doubl
     arrived_.wait(lock, [this] { return !arrivals_.empty() || (wanted_.empty() && in_flight_.empty()); });
   }
   return report_;
+}
+
+int Streamer::subscribe() {
+  std::unordered_set<RegionPos, PosHash>& moved = moved_.emplace_back();
+  for (const auto& [pos, entry] : resident_) moved.insert(pos);
+  return static_cast<int>(moved_.size()) - 1;
+}
+
+std::vector<RegionPos> Streamer::take_moved(int subscriber) {
+  std::unordered_set<RegionPos, PosHash>& moved = moved_[static_cast<size_t>(subscriber)];
+  std::vector<RegionPos> taken(moved.begin(), moved.end());
+  moved.clear();
+  std::sort(taken.begin(), taken.end());
+  return taken;
+}
+
+void Streamer::note_moved(RegionPos r) {
+  for (auto& moved : moved_) moved.insert(r);
 }
 
 Status Streamer::require(const VoxelBox& box) {

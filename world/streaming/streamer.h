@@ -9,7 +9,8 @@
 /// being written) stays: where such regions fill the budget, a save is begun. A region made by the generator and never
 /// edited is not saved; it is made again.
 ///
-/// Layers come and go with the regions that their values lie in.
+/// Layers come and go with the regions that their values lie in. Who keeps something beside the world, as light, asks
+/// take_moved() what is there.
 ///
 /// Edits must go through apply(), which first brings in what they touch: an edit of a region that is not there would
 /// start from air. Before a layer is written, require() must have brought in where.
@@ -63,7 +64,14 @@ class Streamer {
   const StreamingReport& settle(std::span<const VoxelPos> viewers, double now_s);
   const StreamingReport& report() const { return report_; }
 
+  const StreamingKnobs& knobs() const { return knobs_; }
+
   bool is_resident(RegionPos r) const { return resident_.contains(r); }
+  /// A consumer of what comes in and goes out; the regions that are there now are its first news.
+  int subscribe();
+  /// Regions that came in or went out since the last call for this consumer, sorted, each once; is_resident() says
+  /// which. One that went and came again is among them.
+  std::vector<RegionPos> take_moved(int subscriber);
   /// Brings in what the box meets, now, on this thread.
   Status require(const VoxelBox& box);
   /// Store::apply, after require() of what the batch touches.
@@ -89,6 +97,7 @@ class Streamer {
   Arrival fetch(RegionPos pos, unsigned mask_kinds) const;
   Status fetch_from_save(Arrival& arrival, unsigned mask_kinds) const;
   Resident& install(Arrival&& arrival);
+  void note_moved(RegionPos r);
   void run();
   void plan(std::span<const VoxelPos> viewers);
   double distance_m(RegionPos r) const;
@@ -114,6 +123,7 @@ class Streamer {
   std::vector<RegionPos> look_at_;  // resident regions in turn
   size_t next_look_ = 0;
   size_t resident_bytes_ = 0;
+  std::vector<std::unordered_set<RegionPos, PosHash>> moved_;  // by subscriber
   std::unordered_set<RegionPos, PosHash> unreadable_;
   std::unordered_set<RegionPos, PosHash> overtaken_;  // on their way, and brought in by require() meanwhile
   double full_beyond_m_ = 0;                          // nothing farther is asked for: it would not fit
