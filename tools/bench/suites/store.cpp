@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "tools/bench/benchmark.h"
+#include "tools/bench/leaf_rows.h"
 #include "tools/bench/rivals/openvdb_rival.h"
 #include "tools/bench/rivals/sqlite_rival.h"
 #include "tools/bench/save_rows.h"
@@ -572,6 +573,7 @@ void add_suite_store(Registry& registry) {
        .repetitions = 1,
        .reach = Reach{0.05, "the aim; OpenVDB 10's smallest file of such terrain, zip and mask, measured: 0.093"},
        .prepare = prepare_file_size});
+  add_leaf_rows(registry);
   add_save_rows(registry);
 }
 
