@@ -26,10 +26,10 @@ constexpr auto kRules = {world::MaskKind::occupied, world::MaskKind::granular, w
 
 double voxels_or_nan(bool ok) { return ok ? kVoxels : std::nan(""); }
 
-/// 256^3 voxels of the valley with the masks that rules of matter walk.
+/// 512 x 256 x 512 voxels of the valley with the masks that rules of matter walk.
 std::shared_ptr<World> part_of(const World& valley) {
   const RegionPos low = world::region_from_voxel(region_box(valley.store).min) + RegionPos{2, 0, 2};
-  auto part = std::make_shared<World>(copy_regions(valley, low, low + RegionPos{1, 1, 1}));
+  auto part = std::make_shared<World>(copy_regions(valley, low, low + RegionPos{3, 1, 3}));
   for (const world::MaskKind kind : kRules) (void)part->store.masks(kind);
   return part;
 }
