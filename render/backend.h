@@ -14,6 +14,7 @@
 #include "render/image/image.h"
 #include "render/knobs.h"
 #include "world/base/errors.h"
+#include "world/store/light_changes.h"
 #include "world/store/light_volume.h"
 #include "world/store/surface_irradiance.h"
 #include "world/world.h"
@@ -66,6 +67,7 @@ struct WorldLight {
   const world::LightVolume* levels = nullptr;            // flood4, flood_rgb
   const world::SurfaceIrradiance* irradiance = nullptr;  // flux
   uint64_t version = 0;                                  // rises with each change
+  world::LightChanges* changes = nullptr;                // which leaves of levels; null: all may have, at each version
 };
 
 /// A backend keeps what it derived from a world between pictures (extracted faces, pipelines) and follows the store's
@@ -74,7 +76,10 @@ class Backend {
  public:
   virtual ~Backend() = default;
   Sampling sampling;  // read by backends that take samples
-  WorldLight light;   // read by raster, and by raycast where it takes one ray a pixel
+  WorldLight light;   // where reads_light()
+  /// Whether a picture of the world reads its light: where not, light_model has no effect and nothing need be
+  /// simulated.
+  virtual bool reads_light(const world::World& world, const RenderKnobs& knobs) const = 0;
   virtual world::Result<Frame> render(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs,
                                       int width, int height) = 0;
 };

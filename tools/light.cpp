@@ -35,6 +35,7 @@ struct LightOfWorld::State {
   // Levels.
   std::optional<sim::FloodLight> flood;
   std::optional<AwayRegions> away;
+  world::LightChanges changes;
   // Flux, and what it was made for.
   int subscriber = 0;
   std::optional<sim::Flux> flux;
@@ -62,11 +63,12 @@ render::WorldLight LightOfWorld::follow_levels(const world::World& w, render::Li
   }
   if (s.away) s.away->follow(*s.flood);
   const sim::LightReport done = s.flood->update();
-  if (done.leaves_changed > 0) ++s.version;
+  s.changes.note(s.flood->changed());
+  if (!s.flood->changed().empty()) ++s.version;
   report_["bytes"] = s.flood->bytes();
   report_["leaves_computed"] = done.leaves_computed;
   report_["leaves_changed"] = done.leaves_changed;
-  return {&s.flood->volume(), nullptr, s.version};
+  return {&s.flood->volume(), nullptr, s.version, &s.changes};
 }
 
 world::Result<render::WorldLight> LightOfWorld::follow_flux(const world::World& w, const world::WorldPoint& around,

@@ -1,5 +1,6 @@
 #include "render/light/surface_light.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "render/extract/faces.h"
@@ -44,10 +45,20 @@ struct ChunkLight {
   std::vector<uint32_t> codes;
 };
 
+/// A leaf and its six neighbours: what sees into it.
+void add_seeing(LeafPos l, std::vector<LeafPos>& leaves) {
+  leaves.push_back(l);
+  for (int face = 0; face < world::kFaces; ++face) {
+    const VoxelPos step = world::face_step(face);
+    leaves.push_back(l + LeafPos{step.x, step.y, step.z});
+  }
+}
+
 template <class Code>
 void add_leaf(const LeafFaces& faces, LeafPos l, ChunkLight& chunk, Code code) {
   SurfaceLightLeaf& leaf = chunk.leaves.emplace_back();
   leaf.first = static_cast<uint32_t>(chunk.codes.size());
+  leaf.room = static_cast<uint32_t>(faces.count());
   const VoxelPos corner = world::voxel_from_leaf(l);
   for (int face = 0; face < world::kFaces; ++face)
     for (int x = 0; x < 8; ++x) {
@@ -67,16 +78,112 @@ bool SurfaceLight::follow(const world::WorldView& view, const WorldLight& w, Lig
                     : model == LightModel::flux && w.irradiance ? Kind::irradiance
                     : model != LightModel::flux && w.levels     ? Kind::levels
                                                                 : Kind::none;
+  patched_.clear();
   const uint64_t light = kind == Kind::none ? 0 : w.version;
-  const uint64_t blocks = view.masks(world::MaskKind::occupied).version();
-  if (kind == kind_ &&
-      (kind == Kind::none || (view.store().identity() == store_ && light == light_ && blocks == blocks_)))
-    return false;
-  kind_ = kind, store_ = view.store().identity(), light_ = light, blocks_ = blocks;
+  const bool same_store = view.store().identity() == store_;
+  std::vector<LeafPos> dirty;
+  if (same_store) dirty = view.store().take_dirty(block_subscriber_);
+  if (kind == kind_ && (kind == Kind::none || (same_store && light == light_ && dirty.empty()))) return false;
+  if (!same_store) store_ = view.store().identity(), block_subscriber_ = view.store().subscribe();
+
+  world::LightChange changed;
+  changed.all = kind != Kind::levels || kind != kind_ || !same_store;
+  if (kind == Kind::levels && w.changes) {
+    if (w.changes->identity() != changes_) changes_ = w.changes->identity(), light_subscriber_ = w.changes->subscribe();
+    changed.add(w.changes->take(light_subscriber_));
+  } else if (light != light_) {
+    changed.all = true;
+  }
+  kind_ = kind, light_ = light;
+  ++version_;
+  if (!changed.all && patch(view, w, dirty, changed)) return true;
+  patched_.clear(), free_leaves_.clear();
+  unused_codes_ = 0;
   places_.clear(), leaf_of_.clear(), leaves_.clear(), codes_.clear();
   if (kind != Kind::none) rebuild(view, w);
-  ++version_;
   return true;
+}
+
+/// What one leaf shows now.
+struct SurfaceLight::LeafCodes {
+  ChunkLight of_leaf;  // of at most one leaf
+};
+
+bool SurfaceLight::patch(const world::WorldView& view, const WorldLight& w, const std::vector<LeafPos>& blocks,
+                         const world::LightChange& changed) {
+  const FaceSource source{&view.store(), &view.masks(world::MaskKind::occupied), &view.masks(world::MaskKind::opaque)};
+  std::vector<LeafPos> leaves;
+  for (const auto* list : {&blocks, &changed.leaves})
+    for (const LeafPos& l : *list) add_seeing(l, leaves);
+  for (const world::RegionPos& r : changed.regions) {
+    // All that it holds, and what looks into it from the regions beside.
+    for (int i = 0; i < world::kLeavesPerRegion; ++i) {
+      const LeafPos offset = world::leaf_offset_in_region(i), l = world::leaf_from_region(r) + offset;
+      leaves.push_back(l);
+      for (int face = 0; face < world::kFaces; ++face) {
+        const int at = offset[world::face_axis(face)];
+        if (at != (world::face_sign(face) < 0 ? 0 : world::kRegionLeaves - 1)) continue;
+        const VoxelPos step = world::face_step(face);
+        leaves.push_back(l + LeafPos{step.x, step.y, step.z});
+      }
+    }
+  }
+  std::sort(leaves.begin(), leaves.end());
+  leaves.erase(std::unique(leaves.begin(), leaves.end()), leaves.end());
+  // Each alone costs more than in a chunk.
+  if (leaves.size() > leaves_.size() / 4 + 64) return false;
+
+  world::StoreReader reader(view.store());
+  LeafCodes made;
+  for (const LeafPos& l : leaves) {
+    made.of_leaf.leaves.clear(), made.of_leaf.codes.clear();
+    const world::MaskRegion* region = source.occupied->region(world::region_from_leaf(l));
+    if (region && region->leaf_any(l))
+      if (const LeafFaces faces = extract_leaf_faces(source, &reader, l); !faces.is_none())
+        add_leaf(faces, l, made.of_leaf,
+                 [&](VoxelPos v, int face) { return code_of(w.levels->sample(v + world::face_step(face))); });
+    set_leaf(l, made);
+  }
+  return unused_codes_ <= codes_.size() / 2 + 4096;
+}
+
+void SurfaceLight::set_leaf(LeafPos l, const LeafCodes& made) {
+  const world::RegionPos r = world::region_from_leaf(l);
+  auto place = places_.find(r);
+  if (place == places_.end()) {
+    if (made.of_leaf.leaves.empty()) return;
+    place = places_.try_emplace(r, static_cast<uint32_t>(places_.size())).first;
+    leaf_of_.resize(leaf_of_.size() + world::kLeavesPerRegion, 0);
+  }
+  const size_t index = size_t{place->second} * world::kLeavesPerRegion + static_cast<size_t>(world::index_in_region(l));
+  uint32_t& at = leaf_of_[index];
+  if (at == 0 && made.of_leaf.leaves.empty()) return;
+  patched_.push_back(static_cast<uint32_t>(index));
+  if (made.of_leaf.leaves.empty()) {
+    unused_codes_ += leaves_[at - 1].room;
+    free_leaves_.push_back(at);
+    at = 0;
+    return;
+  }
+  const std::vector<uint32_t>& codes = made.of_leaf.codes;
+  uint32_t first = static_cast<uint32_t>(codes_.size()), room = static_cast<uint32_t>(codes.size());
+  if (at != 0 && leaves_[at - 1].room >= room) {
+    first = leaves_[at - 1].first, room = leaves_[at - 1].room;
+  } else {
+    if (at != 0) unused_codes_ += leaves_[at - 1].room;
+    codes_.resize(codes_.size() + codes.size());
+  }
+  if (at == 0 && !free_leaves_.empty()) {
+    at = free_leaves_.back();
+    free_leaves_.pop_back();
+  } else if (at == 0) {
+    leaves_.emplace_back();
+    at = static_cast<uint32_t>(leaves_.size());
+  }
+  SurfaceLightLeaf& leaf = leaves_[at - 1];
+  leaf = made.of_leaf.leaves.front();
+  leaf.first = first, leaf.room = room;
+  std::copy(codes.begin(), codes.end(), codes_.begin() + first);
 }
 
 void SurfaceLight::rebuild(const world::WorldView& view, const WorldLight& w) {

@@ -3,7 +3,8 @@
 /// there is nothing of this.
 ///
 ///   region table -> 4096 places a region -> a record for each leaf with visible faces -> a code a face
-/// all in plain arrays, which the rasterizer sends as they are.
+/// all in plain arrays, which the rasterizer sends as they are. Levels follow the leaves whose light or faces changed:
+/// a leaf that has more faces than before gets its codes at the end, and once half of them are holes all is made anew.
 ///
 /// code    levels: four bits each of sky red, green, blue and block red, green, blue, from bit 0 on
 ///         irradiance: RGB9E5, W/m^2 (world/numbers/shared_exponent.h)
@@ -24,9 +25,10 @@ namespace render {
 
 /// 512 bytes; the shader reads it as words.
 struct SurfaceLightLeaf {
-  uint32_t faces[6][16];      // visible faces by direction: bit index & 31 of word index >> 5
-  uint16_t before[6][8];      // codes of this leaf before the first of faces[direction] in slice x
-  uint32_t first, unused[7];  // place of the leaf's first code
+  uint32_t faces[6][16];  // visible faces by direction: bit index & 31 of word index >> 5
+  uint16_t before[6][8];  // codes of this leaf before the first of faces[direction] in slice x
+  uint32_t first, room;   // place of the leaf's first code, and how many fit from there
+  uint32_t unused[6];
 };
 static_assert(sizeof(SurfaceLightLeaf) == 512);
 
@@ -35,7 +37,8 @@ class SurfaceLight {
   enum class Kind { none, levels, irradiance };
   static constexpr uint32_t kUnknown = 0xffffffffu;  // code of a face outside what a model covers
 
-  /// Follows the world's light; true where anything was made anew. cost   some 20 ns a visible face, on all threads
+  /// Follows the world's light; true where anything was made anew. cost   some 20 ns a visible face, on all threads;
+  /// where levels say which leaves changed, under 1 us for each of those
   bool follow(const world::WorldView& view, const WorldLight& light, LightModel model);
 
   Kind kind() const { return kind_; }
@@ -61,12 +64,23 @@ class SurfaceLight {
   const std::vector<uint32_t>& codes() const { return codes_; }
   /// Raised each time that something is made anew.
   uint64_t version() const { return version_; }
+  /// What the last follow() made anew, as places in leaf_of(), where that was some leaves of what version() - 1 had.
+  /// Empty where all was.
+  const std::vector<uint32_t>& patched() const { return patched_; }
   size_t bytes() const;
 
  private:
+  struct LeafCodes;
   void rebuild(const world::WorldView& view, const WorldLight& light);
+  /// False where a rebuild is better.
+  bool patch(const world::WorldView& view, const WorldLight& light, const std::vector<world::LeafPos>& blocks,
+             const world::LightChange& changed);
+  void set_leaf(world::LeafPos l, const LeafCodes& made);
   Kind kind_ = Kind::none;
-  uint64_t version_ = 0, store_ = 0, light_ = 0, blocks_ = 0;
+  uint64_t version_ = 0, store_ = 0, light_ = 0, changes_ = 0;
+  int block_subscriber_ = 0, light_subscriber_ = 0;
+  std::vector<uint32_t> patched_, free_leaves_;
+  size_t unused_codes_ = 0;
   std::unordered_map<world::RegionPos, uint32_t, world::PosHash> places_;
   std::vector<uint32_t> leaf_of_, codes_;
   std::vector<SurfaceLightLeaf> leaves_;

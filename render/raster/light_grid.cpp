@@ -21,12 +21,59 @@ world::Status LightGrid::open(gpu::Device& device) {
 
 world::Result<uint64_t> LightGrid::follow(gpu::Device& device, const SurfaceLight& light) {
   if (light.version() == version_) return uint64_t{0};
+  if (version_ + 1 == light.version() && !light.patched().empty()) {
+    TRY(const std::optional<uint64_t> patched, send_patched(device, light));
+    if (patched) {
+      version_ = light.version();
+      return *patched;
+    }
+  }
   TRY(const uint64_t sent, send(device, light));
   version_ = light.version();
   return sent;
 }
 
+world::Result<std::optional<uint64_t>> LightGrid::send_patched(gpu::Device& device, const SurfaceLight& light) {
+  if (light.places().size() != regions_sent_ || light.leaves().size() * sizeof(SurfaceLightLeaf) > leaves_.size ||
+      light.codes().size() * sizeof(uint32_t) > codes_.size)
+    return std::optional<uint64_t>();
+  std::vector<VkBufferCopy> places, records, codes;
+  std::vector<std::pair<const void*, uint64_t>> parts;  // in the order of the copies
+  uint64_t total = 0;
+  const auto add = [&](std::vector<VkBufferCopy>& copies, const void* data, uint64_t to, uint64_t bytes) {
+    copies.push_back({total, to, bytes});
+    parts.emplace_back(data, bytes);
+    total += bytes;
+  };
+  for (const uint32_t place : light.patched()) {
+    const uint32_t& at = light.leaf_of()[place];
+    add(places, &at, place * sizeof(uint32_t), sizeof(uint32_t));
+    if (at == 0) continue;
+    const SurfaceLightLeaf& leaf = light.leaves()[at - 1];
+    add(records, &leaf, (at - 1) * sizeof(SurfaceLightLeaf), sizeof(SurfaceLightLeaf));
+    add(codes, &light.codes()[leaf.first], leaf.first * sizeof(uint32_t), leaf.room * sizeof(uint32_t));
+  }
+  TRY(const gpu::Buffer staging,
+      gpu::make_buffer(device, total, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, gpu::MemoryUse::upload));
+  std::byte* to = staging.mapped();
+  for (const auto& [data, bytes] : parts) {
+    std::memcpy(to, data, bytes);
+    to += bytes;
+  }
+  TRY_STATUS(device.run([&](VkCommandBuffer commands) {
+    const auto copy = [&](const gpu::Buffer& buffer, const std::vector<VkBufferCopy>& copies) {
+      if (!copies.empty())
+        vkCmdCopyBuffer(commands, staging.handle, buffer.handle, static_cast<uint32_t>(copies.size()), copies.data());
+    };
+    copy(leaf_of_, places);
+    copy(leaves_, records);
+    copy(codes_, codes);
+  }));
+  return std::optional<uint64_t>(total);
+}
+
 world::Result<uint64_t> LightGrid::send(gpu::Device& device, const SurfaceLight& light) {
+  regions_sent_ = light.places().size();
   table_size_ = std::bit_ceil(static_cast<uint32_t>(2 * light.places().size() + 1));
   std::vector<ivec4> table(table_size_, ivec4(0));
   for (const auto& [pos, place] : light.places()) {
@@ -57,7 +104,9 @@ world::Result<uint64_t> LightGrid::send(gpu::Device& device, const SurfaceLight&
       gpu::make_buffer(device, total, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, gpu::MemoryUse::upload));
   uint64_t at = 0;
   for (const Part& part : parts) {
-    TRY(part.buffer, gpu::make_buffer(device, part.bytes, kUsage, gpu::MemoryUse::device));
+    // With room for what edits add.
+    const uint64_t room = std::min(limit, part.bytes + part.bytes / 8);
+    TRY(part.buffer, gpu::make_buffer(device, room, kUsage, gpu::MemoryUse::device));
     if (part.bytes) std::memcpy(staging.mapped() + at, part.data, part.bytes);
     at += part.bytes;
   }

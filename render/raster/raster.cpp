@@ -38,6 +38,7 @@ double near_plane(const world::WorldView& view, const Camera& camera, const Pixe
 
 class Raster : public RasterBackend {
  public:
+  bool reads_light(const world::World&, const RenderKnobs&) const override { return true; }
   explicit Raster(const gpu::DeviceOptions& options) : options_(options) {}
 
   world::Status open() {

@@ -284,13 +284,16 @@ world::Status check(const Camera& camera, const RenderKnobs& knobs, int width, i
 
 class RaycastBackend : public Backend {
  public:
+  /// Where it takes one ray a pixel; integrators follow light themselves.
+  bool reads_light(const world::World& world, const RenderKnobs& knobs) const override {
+    return knobs.spp == 1 && knobs.light_transport == LightTransport::direct && !calls_for_trace_scene(world);
+  }
   world::Result<Frame> render(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs, int width,
                               int height) override {
     TRY_STATUS(check(camera, knobs, width, height));
     TRY_STATUS(check_bsdfs(view.palette()));
     TRY_STATUS(world::check_proxies(view.palette()));
-    if (knobs.spp != 1 || knobs.light_transport != LightTransport::direct || calls_for_trace_scene(view.world()))
-      return trace_picture(view, camera, knobs, sampling, width, height);
+    if (!reads_light(view.world(), knobs)) return trace_picture(view, camera, knobs, sampling, width, height);
     const auto start = Clock::now();
     Frame frame{Image(width, height), {}};
     const RayStream& occupied = rays_.stream(view.store(), MaskKind::occupied);

@@ -8,6 +8,7 @@ namespace {
 
 class ReferenceBackend : public Backend {
  public:
+  bool reads_light(const world::World&, const RenderKnobs&) const override { return false; }
   world::Result<Frame> render(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs, int width,
                               int height) override {
     RenderKnobs all_light = knobs;

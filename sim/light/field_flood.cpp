@@ -55,7 +55,7 @@ void FieldFlood::compute_lamps(LightReport& report) {
         r, [&](LeafPos l, const LeafOptics& optics) { reaches_.push_back(reach_of_sources(l, optics)); });
   if (reaches_.empty()) return;
   std::vector<uint32_t> order;
-  run_jobs(plan_jobs(order), report);
+  run_jobs(plan_jobs(order), report, nullptr);
 }
 
 // ---- after edits -----------------------------------------------------------------------------------------------
@@ -242,7 +242,8 @@ void FieldFlood::add_broken(LeafPos l, const uint64_t* voxels, const uint64_t* s
   if (sunlit) std::copy_n(sunlit, 8, broken.sunlit.word);
 }
 
-void FieldFlood::update(std::span<const LeafPos> dirty, const DomainChange& change, LightReport& report) {
+void FieldFlood::update(std::span<const LeafPos> dirty, const DomainChange& change, LightReport& report,
+                        std::vector<LeafPos>& changed) {
   reaches_.clear();
   broken_.clear();
   new_sky_.clear();
@@ -255,11 +256,11 @@ void FieldFlood::update(std::span<const LeafPos> dirty, const DomainChange& chan
     if (std::find(settled_.begin(), settled_.end(), l) == settled_.end()) check_leaf(l);
   if (reaches_.empty()) return;
   if (is_small_) {
-    if (workers_.queue().follow(broken_, optics_, field_, top_, is_sky_, report)) return;
+    if (workers_.queue().follow(broken_, optics_, field_, top_, is_sky_, report, changed)) return;
     ++report.queues_left;
   }
   std::vector<uint32_t> order;
-  run_jobs(plan_jobs(order), report);
+  run_jobs(plan_jobs(order), report, &changed);
 }
 
 std::vector<FieldFlood::Job> FieldFlood::plan_jobs(std::vector<uint32_t>& order) const {

@@ -46,7 +46,9 @@ class FieldFlood {
 
   void compute(LightReport& report);
   /// dirty: changed leaves of the domain, sorted; the optics know of them already.
-  void update(std::span<const world::LeafPos> dirty, const DomainChange& change, LightReport& report);
+  /// Adds the leaves that it changed to `changed`, but those of regions that came or went.
+  void update(std::span<const world::LeafPos> dirty, const DomainChange& change, LightReport& report,
+              std::vector<world::LeafPos>& changed);
 
  private:
   using Worker = FloodWorker;
@@ -81,7 +83,8 @@ class FieldFlood {
   void add_broken(world::LeafPos l, const uint64_t* voxels, const uint64_t* sunlit);
   void check_regions(const DomainChange& change);
   std::vector<Job> plan_jobs(std::vector<uint32_t>& order) const;
-  void run_jobs(std::vector<Job> jobs, LightReport& report);
+  /// `changed` may be null.
+  void run_jobs(std::vector<Job> jobs, LightReport& report, std::vector<world::LeafPos>* changed);
   void run(const Job& job, Worker& worker) const;
   void mark_free(const Job& job, Worker& worker) const;
   void load(const Job& job, Worker& worker) const;

@@ -234,7 +234,7 @@ void FieldFlood::compute_sky(LightReport& report) {
     const LeafPos margin{kMargin, kMargin, kMargin};
     jobs.push_back({.box = {free.min - margin, free.max + margin}, .write = free, .all = true});
   }
-  run_jobs(std::move(jobs), report);
+  run_jobs(std::move(jobs), report, nullptr);
   world::parallel_for(all.size(), [&](size_t i) { field_.regions().find(all[i])->join(); });
   computing_all_ = false;
   sky_above_ = {};

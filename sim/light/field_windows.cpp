@@ -44,7 +44,7 @@ size_t FloodWorkers::bytes() const {
   }
   return total;
 }
-void FieldFlood::run_jobs(std::vector<Job> jobs, LightReport& report) {
+void FieldFlood::run_jobs(std::vector<Job> jobs, LightReport& report, std::vector<LeafPos>* changed) {
   std::vector<LightRegion*> written;
   for (const Job& job : jobs) {
     const RegionPos low = region_from_leaf(job.write.min), high = region_from_leaf(job.write.max);
@@ -78,8 +78,10 @@ void FieldFlood::run_jobs(std::vector<Job> jobs, LightReport& report) {
     world::parallel_for(workers, work);
   for (size_t w = 0; w < workers; ++w) {
     report.leaves_computed += workers_[w].computed;
-    report.leaves_changed += workers_[w].changed;
-    workers_[w].computed = workers_[w].changed = 0;
+    report.leaves_changed += workers_[w].changed.size();
+    if (changed) changed->insert(changed->end(), workers_[w].changed.begin(), workers_[w].changed.end());
+    workers_[w].computed = 0;
+    workers_[w].changed.clear();
   }
   report.windows += jobs.size();
   world::parallel_ranges(written.size(), 8, [&](size_t begin, size_t end) {
@@ -316,7 +318,7 @@ void FieldFlood::write(const Job& job, Worker& worker) const {
         int tile = worker.full_sky[r] >> x & 1 ? top_ : 0;
         if (w.touched[r] >> x & 1) tile = pack_leaf(w.bits_of(w.leaf(x, row)), packed);
         const int index = index_in_region(l);
-        worker.changed += tile < 0 ? region->set_leaf(index, packed) : region->set_leaf(index, tile);
+        if (tile < 0 ? region->set_leaf(index, packed) : region->set_leaf(index, tile)) worker.changed.push_back(l);
       }
     }
 }

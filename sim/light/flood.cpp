@@ -44,6 +44,8 @@ FloodLight::FloodLight(const world::Store& store, LightModel model, LightRules r
 FloodLight::~FloodLight() = default;
 
 LightReport FloodLight::compute() {
+  changed_.clear();
+  changed_.all = true;
   store_.take_dirty(subscriber_);
   follow_palette();
   if (rules_.filters_colour() && volume_.model() == LightModel::flood_rgb && &volume_.sky(0) == &volume_.sky(1))
@@ -82,6 +84,7 @@ bool FloodLight::has_blocks(RegionPos r, const std::vector<LeafPos>& dirty) cons
 
 LightReport FloodLight::update() {
   if (!computed_) return compute();
+  changed_.clear();
   LightReport report;
   const std::vector<LeafPos> dirty = store_.take_dirty(subscriber_);
   for (size_t i = 0; i < dirty.size(); ++i) {
@@ -101,7 +104,9 @@ LightReport FloodLight::update() {
   inside_.clear();
   for (const LeafPos& l : dirty)
     if (domain_.contains(region_from_leaf(l))) inside_.push_back(l);
-  for (auto& field : fields_) field->update(inside_, change, report);
+  for (const auto* regions : {&change.added, &change.removed})
+    changed_.regions.insert(changed_.regions.end(), regions->begin(), regions->end());
+  for (auto& field : fields_) field->update(inside_, change, report, changed_.leaves);
   return report;
 }
 

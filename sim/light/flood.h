@@ -26,6 +26,7 @@
 
 #include "sim/light/leaf_optics.h"
 #include "sim/light/light_domain.h"
+#include "world/store/light_changes.h"
 #include "world/store/light_volume.h"
 
 namespace sim {
@@ -60,6 +61,8 @@ class FloodLight {
   void set_unloaded(world::RegionPos r, bool unloaded);
 
   const world::LightVolume& volume() const { return volume_; }
+  /// Where the last compute() or update() changed the light of any field.
+  const world::LightChange& changed() const { return changed_; }
   const LightRules& rules() const { return rules_; }
   /// Of the volume and of what is kept to bring it up to date.
   size_t bytes() const;
@@ -79,6 +82,7 @@ class FloodLight {
   std::unique_ptr<FloodWorkers> workers_;
   std::vector<std::unique_ptr<FieldFlood>> fields_;
   std::vector<world::LeafPos> inside_;  // scratch of update()
+  world::LightChange changed_;
   bool computed_ = false;
 };
 

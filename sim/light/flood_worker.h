@@ -40,7 +40,8 @@ struct FloodWorker {
   std::vector<Fixed> fixed;
   world::RegionPos low_region;
   RegionOptics regions[27];
-  uint64_t computed = 0, changed = 0;
+  uint64_t computed = 0;
+  std::vector<world::LeafPos> changed;
 
   world::LeafPos leaf_at(int x, int y, int z) const { return origin + world::LeafPos{x, y, z}; }
   const RegionOptics& region_of(world::LeafPos l) const {

@@ -19,14 +19,14 @@ const std::array<LightLeaf, kMaxLight + 1> kUniform = [] {
 }  // namespace
 
 bool QueueFlood::follow(std::span<const BrokenLeaf> broken, const OpticsVolume& optics, LightField& field, int top,
-                        bool is_sky, LightReport& report) {
+                        bool is_sky, LightReport& report, std::vector<LeafPos>& changed) {
   optics_ = &optics, field_ = &field, is_sky_ = is_sky;
   leaf_count_ = dark_count_ = again_count_ = raised_count_ = 0;
   place_.fill(0);
   first_raised_.fill(-1);
   waiting_levels_ = 0, work_ = 0, no_room_ = false;
   if (!take_broken(broken, top) || !darken() || !raise_again() || !spread()) return false;
-  write(report);
+  write(report, changed);
   ++report.queues;
   report.queue_voxels += again_count_ + raised_count_;
   return true;
@@ -212,14 +212,17 @@ bool QueueFlood::spread() {
   return true;
 }
 
-void QueueFlood::write(LightReport& report) {
+void QueueFlood::write(LightReport& report, std::vector<LeafPos>& changed) {
   for (size_t i = 0; i < leaf_count_; ++i) {
     const Leaf& leaf = leaves_[i];
     if (leaf.levels != &leaf.changed) continue;
     leaf.region->split();
     const int index = index_in_region(leaf.pos);
     const int tile = tile_of(leaf.changed);
-    report.leaves_changed += tile < 0 ? leaf.region->set_leaf(index, leaf.changed) : leaf.region->set_leaf(index, tile);
+    if (tile < 0 ? leaf.region->set_leaf(index, leaf.changed) : leaf.region->set_leaf(index, tile)) {
+      ++report.leaves_changed;
+      changed.push_back(leaf.pos);
+    }
     leaf.region->join();
   }
 }

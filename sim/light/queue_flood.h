@@ -35,9 +35,10 @@ class QueueFlood {
   static constexpr int kMostWork = 96;
 
   /// Brings the field up to date after a change that broke the equations of these voxels, and only those; true where it
-  /// did. False where the change is too large: then the field is as it was. A voxel may be named twice.
+  /// did, and the leaves are added to `changed`. False where the change is too large: then the field is as it was. A
+  /// voxel may be named twice.
   bool follow(std::span<const BrokenLeaf> broken, const OpticsVolume& optics, world::LightField& field, int top,
-              bool is_sky, LightReport& report);
+              bool is_sky, LightReport& report, std::vector<world::LeafPos>& changed);
 
  private:
   static constexpr size_t kMostLeaves = 32;   // that a change may meet
@@ -83,7 +84,7 @@ class QueueFlood {
   bool raise_again();
   bool spread();
   bool raise(Voxel v, int level);
-  void write(LightReport& report);
+  void write(LightReport& report, std::vector<world::LeafPos>& changed);
 
   const OpticsVolume* optics_ = nullptr;
   world::LightField* field_ = nullptr;

@@ -168,6 +168,10 @@ world::Result<int> run_render(RenderOptions options) {
   TRY(const render::Camera start, choose_camera(options, world, camera_name));
   const uint64_t hash = world.store.content_hash();
   LightOfWorld light;
+  const bool reads_light = backend->reads_light(world, knobs);
+  if (!reads_light && knobs.light_model != render::LightModel::none && sets_knob(options, {}, "light_model"))
+    std::cerr << "light_model has no effect here: " << options.backend
+              << " follows light itself and reads none of the world's\n";
   const world::WorldView view(world);
   const StopOnInterrupt stop;
   render::Sampling& sampling = backend->sampling;
@@ -185,7 +189,9 @@ world::Result<int> run_render(RenderOptions options) {
     render::PictureText text = picture_text(scene, camera_name, camera, knobs, options.backend, hash);
     sampling.picture = text;
     for (const char* other : {"knobs", "commit"}) sampling.picture.erase(other);  // the film has the knobs themselves
-    TRY(backend->light, light.follow(world, camera.position, knobs));
+    if (reads_light) {
+      TRY(backend->light, light.follow(world, camera.position, knobs));
+    }
     TRY(const render::Frame picture, backend->render(view, camera, knobs, width, height));
     if (picture.report.samples > 0) {
       text["spp"] = std::to_string(picture.report.samples);

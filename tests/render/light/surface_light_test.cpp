@@ -71,6 +71,135 @@ TEST(SurfaceLight, AFaceHasTheLevelsOfTheVoxelBeforeIt) {
   EXPECT_GT(faces, 10000u);
 }
 
+/// Codes of every face of a world's box, and those of a light made of it anew.
+void expect_equal_to_anew(const world::World& w, const SurfaceLight& light, const WorldLight& made,
+                          const std::string& where) {
+  const world::WorldView view(w);
+  SurfaceLight anew;
+  anew.follow(view, {made.levels, nullptr, 1}, LightModel::flood_rgb);
+  size_t wrong = 0, faces = 0;
+  world::VoxelBox box = w.store.bounds();
+  for (int x = box.min.x - 9; x <= box.max.x + 9; ++x)
+    for (int y = box.min.y - 9; y <= box.max.y + 9; ++y)
+      for (int z = box.min.z - 9; z <= box.max.z + 9; ++z)
+        for (int face = 0; face < world::kFaces; ++face) {
+          const uint32_t expected = anew.code({x, y, z}, face);
+          wrong += light.code({x, y, z}, face) != expected;
+          faces += expected != SurfaceLight::kUnknown;
+        }
+  EXPECT_EQ(wrong, 0u) << where;
+  EXPECT_EQ(faces, anew.codes().size()) << where;
+}
+
+/// A change of a leaf's levels, told; of single voxels' blocks; of whole regions; of all: in any order and mixed.
+TEST(SurfaceLight, FollowsWhatChangedAsIfMadeAnew) {
+  world::World w(world::standard_blocks());
+  const world::BlockId stone = *w.palette->find("stone"), glass = *w.palette->find("glass_red"),
+                       water = *w.palette->find("water");
+  {
+    world::EditBatch ground;
+    ground.fill({{-20, -12, -20}, {20, 3, 20}}, stone);
+    for (int i = 0; i < 60; ++i) {
+      const uint64_t h = world::mix64(static_cast<uint64_t>(i));
+      ground.set(
+          {static_cast<int>(h % 36) - 18, static_cast<int>(h >> 8 & 15) - 8, static_cast<int>(h >> 16 & 31) - 16},
+          world::kAir);
+    }
+    ASSERT_TRUE(w.store.apply(ground).ok());
+  }
+  world::LightVolume volume = random_levels(w.store, world::LightModel::flood_rgb);
+  world::LightChanges changes;
+  WorldLight made{&volume, nullptr, 1, &changes};
+  SurfaceLight light;
+  ASSERT_TRUE(light.follow(world::WorldView(w), made, LightModel::flood_rgb));
+  int patched = 0, whole = 0;
+  for (uint64_t step = 0; step < 120; ++step) {
+    const auto pick = [&](uint64_t what, int n) {
+      return static_cast<int>(world::mix64(step * 31 + what) % static_cast<uint64_t>(n));
+    };
+    const VoxelPos v{pick(0, 44) - 22, pick(1, 22) - 13, pick(2, 44) - 22};
+    if (pick(3, 3) != 0) {
+      world::EditBatch edit;
+      const world::BlockId kinds[] = {stone, glass, water, world::kAir, world::kAir};
+      edit.fill({v, v + VoxelPos{pick(4, 4), pick(5, 2), pick(6, 3)}}, kinds[pick(7, 5)]);
+      ASSERT_TRUE(w.store.apply(edit).ok());
+    }
+    if (pick(8, 3) != 0) {
+      world::LightChange change;
+      world::LightField& field = volume.fields()[static_cast<size_t>(pick(9, 6))];
+      const world::LeafPos l = world::leaf_from_voxel(v);
+      const bool region = pick(10, 8) == 0;
+      if (world::LightRegion* levels = field.regions().find(world::region_from_leaf(l))) {
+        if (region) {
+          levels->set_tile(pick(11, 16));
+          change.regions.push_back(world::region_from_leaf(l));
+        } else {
+          levels->split();
+          world::LightLeaf leaf;
+          for (int i = 0; i < world::kLeafVoxels; ++i)
+            leaf.set(i, static_cast<int>(world::mix64(step * 512 + static_cast<uint64_t>(i)) % 16));
+          levels->set_leaf(world::index_in_region(l), leaf);
+          change.leaves.push_back(l);
+        }
+      }
+      change.all = pick(12, 20) == 0;
+      changes.note(change);
+      ++made.version;
+    }
+    if (pick(13, 3) == 0) continue;  // several changes at once
+    if (light.follow(world::WorldView(w), made, LightModel::flood_rgb)) ++(light.patched().empty() ? whole : patched);
+    expect_equal_to_anew(w, light, made, "step " + std::to_string(step));
+    if (HasFailure()) return;
+  }
+  EXPECT_GT(patched, 30);
+  EXPECT_GT(whole, 1);
+}
+
+/// What the rasterizer sends of a change draws as all sent anew does, bit for bit.
+TEST(SurfaceLight, ThePictureAfterAnEditIsThatOfAFreshBackend) {
+  world::World w = hills();
+  world::LightVolume volume = random_levels(w.store, world::LightModel::flood_rgb);
+  world::LightChanges changes;
+  WorldLight made{&volume, nullptr, 1, &changes};
+  auto followed = make_raster({.validation = true});
+  ASSERT_TRUE(followed.ok()) << followed.error().message;
+  Camera camera;
+  camera.position = world::WorldPoint::from(-40.3, 31.7, -38.2);
+  camera.forward = glm::normalize(world::Vec3d(0.7, -0.45, 0.6));
+  RenderKnobs knobs;
+  knobs.light_model = LightModel::flood_rgb;
+  uint64_t first_bytes = 0;
+  for (int step = 0; step < 4; ++step) {
+    if (step > 0) {
+      world::EditBatch edit;
+      const VoxelPos v{-20 + 9 * step, 14, -14 + 8 * step};
+      edit.fill({v - VoxelPos{3, 14, 3}, v + VoxelPos{3, 6, 3}}, step == 2 ? world::kAir : *w.palette->find("stone"));
+      ASSERT_TRUE(w.store.apply(edit).ok());
+      world::LightChange change;
+      change.leaves.push_back(world::leaf_from_voxel(v));
+      world::LightRegion& region = *volume.fields()[0].regions().find(world::region_from_voxel(v));
+      region.set_leaf(world::index_in_region(change.leaves[0]), 15);
+      changes.note(change);
+      ++made.version;
+    }
+    (*followed)->light = made;
+    const auto after = (*followed)->render(world::WorldView(w), camera, knobs, 160, 90);
+    ASSERT_TRUE(after.ok()) << after.error().message;
+    auto fresh = make_raster({.validation = true});
+    ASSERT_TRUE(fresh.ok());
+    (*fresh)->light = {&volume, nullptr, 1};
+    const auto expected = (*fresh)->render(world::WorldView(w), camera, knobs, 160, 90);
+    ASSERT_TRUE(expected.ok());
+    EXPECT_TRUE(after->image.pixels == expected->image.pixels) << step;
+    EXPECT_EQ((*followed)->messages(), std::vector<std::string>{});
+    if (step == 0) {
+      first_bytes = after->report.passes[1].bytes;
+    } else {
+      EXPECT_LT(after->report.passes[1].bytes, first_bytes / 2) << "not all is sent again";
+    }
+  }
+}
+
 TEST(SurfaceLight, WhereNoModelIsAskedForThereIsNothing) {
   const world::World w = hills();
   const world::LightVolume volume = random_levels(w.store, world::LightModel::flood4);
