@@ -10,6 +10,7 @@
 
 #include "sim/light/flood.h"
 #include "sim/light/flux.h"
+#include "tests/sim/light/flux_support.h"
 #include "world/base/jobs.h"
 #include "world/base/random.h"
 #include "world/formats/format.h"
@@ -141,18 +142,14 @@ TEST(HardCaseCL8, LevelsAreDiamondsAndFluxBecomesRound) {
   EXPECT_EQ(light.volume().block().get({6, 6, 6}), 0);  // 10.4 voxels away, and dark
 
   World room(world::standard_blocks());
-  world::Block soot;
-  soot.name = "soot", soot.albedo = {1e-6f, 1e-6f, 1e-6f};
-  const BlockId dark = *room.palette->add(soot);
+  const BlockId dark = *room.palette->add(matte("soot", 1e-6f, 1e-6f, 1e-6f));
   fill(room, {-13, -13, -13}, {13, 13, 13}, dark);
   fill(room, {-12, -12, -12}, {12, 12, 12}, kAir);
   fill(room, {0, 0, 0}, {0, 0, 0}, named(room, "lamp_white"));
-  world::Environment night;
-  night.sun_irradiance = {}, night.sky_zenith = night.sky_horizon = night.sky_ground = {};
   const VoxelBox box{{-12, -12, -12}, {12, 12, 12}};
   double before = 1e9;
   for (const int directions : {8, 32, 128, 512}) {
-    Flux flux(room.store, box, night);
+    Flux flux(room.store, box, night());
     const LampLight rays = lamps_on_surfaces(room.store, flux.grid(), 16);
     ASSERT_TRUE(flux.solve({directions, 1e-3f}).ok());
     double error = 0, count = 0;
@@ -188,10 +185,9 @@ TEST(HardCaseCL9, EmissionBeyondTheScaleIsFifteen) {
 
 World shut_room(float albedo) {
   World w(world::standard_blocks());
-  world::Block wall, lamp;
-  wall.name = "wall", wall.albedo = {albedo, albedo, albedo};
-  lamp.name = "bulb", lamp.albedo = {albedo, albedo, albedo}, lamp.emission = {60, 60, 60};
-  fill(w, {-1, -1, -1}, {16, 16, 16}, *w.palette->add(wall));
+  world::Block lamp = matte("bulb", albedo, albedo, albedo);
+  lamp.emission = {60, 60, 60};
+  fill(w, {-1, -1, -1}, {16, 16, 16}, *w.palette->add(matte("wall", albedo, albedo, albedo)));
   fill(w, {0, 0, 0}, {15, 15, 15}, kAir);
   fill(w, {4, 9, 5}, {4, 9, 5}, *w.palette->add(lamp));
   return w;
@@ -199,11 +195,9 @@ World shut_room(float albedo) {
 
 TEST(HardCaseCL11, TheResidualIsReachedInSweepsThatGrowWithItsLogarithm) {
   const World w = shut_room(0.8f);
-  world::Environment night;
-  night.sun_irradiance = {}, night.sky_zenith = night.sky_horizon = night.sky_ground = {};
   int before = 0;
   for (const float residual : {0.1f, 1e-2f, 1e-3f, 1e-4f}) {
-    Flux flux(w.store, {{0, 0, 0}, {15, 15, 15}}, night);
+    Flux flux(w.store, {{0, 0, 0}, {15, 15, 15}}, night());
     const auto report = flux.solve({32, residual});
     ASSERT_TRUE(report.ok());
     EXPECT_LE(report->residual, residual);
@@ -220,9 +214,7 @@ TEST(HardCaseCL11, TheResidualIsReachedInSweepsThatGrowWithItsLogarithm) {
 /// Nearly nothing is lost: the light grows to a million times the lamp's, or the cap on sweeps ends it and says so.
 TEST(HardCaseCL12, WithAlbedoOneTheEnergyIsBoundedAndTheCapIsSaid) {
   const World w = shut_room(1 - 1e-6f);
-  world::Environment night;
-  night.sun_irradiance = {}, night.sky_zenith = night.sky_horizon = night.sky_ground = {};
-  Flux flux(w.store, {{0, 0, 0}, {15, 15, 15}}, night);
+  Flux flux(w.store, {{0, 0, 0}, {15, 15, 15}}, night());
   FluxKnobs knobs{32, 1e-7f, 12};
   const auto report = flux.solve(knobs);
   ASSERT_TRUE(report.ok());

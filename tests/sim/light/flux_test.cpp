@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/sim/light/flux_support.h"
 #include "world/base/jobs.h"
 #include "world/base/simd.h"
 #include "world/world.h"
@@ -17,20 +18,6 @@ using world::VoxelPos;
 using world::World;
 
 constexpr double kPi = 3.14159265358979323846;
-
-world::Block matte(const std::string& name, float r, float g, float b) {
-  world::Block block;
-  block.name = name;
-  block.albedo = {r, g, b};
-  return block;
-}
-
-world::Environment night() {
-  world::Environment e;
-  e.sun_irradiance = {0, 0, 0};
-  e.sky_zenith = e.sky_horizon = e.sky_ground = {0, 0, 0};
-  return e;
-}
 
 void fill(World& w, VoxelPos min, VoxelPos max, BlockId block) {
   world::EditBatch batch;
