@@ -1,0 +1,115 @@
+#include "sim/bodies/terrain.h"
+
+#include <algorithm>
+
+namespace sim {
+
+using world::MaskKind;
+using world::VoxelBox;
+using world::VoxelPos;
+
+namespace {
+
+template <class Visit>
+bool any_voxel(const VoxelBox& box, const Visit& visit) {
+  for (int32_t x = box.min.x; x <= box.max.x; ++x)
+    for (int32_t y = box.min.y; y <= box.max.y; ++y)
+      for (int32_t z = box.min.z; z <= box.max.z; ++z)
+        if (visit(VoxelPos{x, y, z})) return true;
+  return false;
+}
+
+}  // namespace
+
+BodyTerrain::BodyTerrain(const world::Store& store) : store_(store) { boxes_.reserve(world::kMostProxyParts); }
+
+void BodyTerrain::refresh() {
+  solid_ = &store_.masks(MaskKind::solid), liquid_ = &store_.masks(MaskKind::liquid);
+  last_solid_ = {}, last_liquid_ = {};
+  const world::BlockPalette& palette = store_.palette();
+  for (size_t id = filling_.size(); id < palette.size(); ++id) {
+    const world::Block& block = palette[static_cast<world::BlockId>(id)];
+    const world::Proxy* shape = block.proxy.empty() ? nullptr : world::find_proxy(block.proxy);
+    shapes_.shape.push_back(shape), shapes_.fills.push_back(!shape && block.opaque);
+    filling_.push_back(!shape ? Filling::full : shape->boxes.empty() ? Filling::open : Filling::shaped);
+    density_.push_back(block.density.value);
+  }
+}
+
+void BodyTerrain::set_unloaded(world::RegionPos r, bool unloaded) {
+  if (unloaded)
+    unloaded_.insert(r);
+  else
+    unloaded_.erase(r);
+}
+
+bool BodyTerrain::is_unloaded(const VoxelBox& voxels) const {
+  if (unloaded_.empty()) return false;
+  const world::RegionPos low = world::region_from_voxel(voxels.min), high = world::region_from_voxel(voxels.max);
+  const auto first = unloaded_.lower_bound({low.x, INT32_MIN, INT32_MIN});
+  return std::any_of(first, unloaded_.upper_bound({high.x, INT32_MAX, INT32_MAX}), [&](world::RegionPos r) {
+    return r.y >= low.y && r.y <= high.y && r.z >= low.z && r.z <= high.z;
+  });
+}
+
+BodyTerrain::Filling BodyTerrain::filling(VoxelPos v) const {
+  if (!world::inside_world(v)) return Filling::full;
+  if (!last_solid_.test(*solid_, v)) return Filling::open;
+  return filling_[store_.get(v)];
+}
+
+std::span<const BodyBox> BodyTerrain::boxes(VoxelPos v) const {
+  const world::Proxy* shape = shapes_.shape[store_.get(v)];
+  const uint8_t joins = shapes_.joins_at(*shape, v, [&](VoxelPos at) { return store_.get(at); });
+  boxes_.clear();
+  for (const world::ProxyBox& part : shape->boxes) {
+    if (!world::Proxy::has_part(part.joins, joins)) continue;
+    BodyBox box;
+    for (int a = 0; a < 3; ++a) {
+      const int64_t low = fixed_from(double(part.low[a])), high = fixed_from(double(part.high[a]));
+      box.min[a] = v[a] * kFixedOne + low, box.size[a] = high - low;
+    }
+    boxes_.push_back(box);
+  }
+  return boxes_;
+}
+
+bool BodyTerrain::overlaps(const BodyBox& box) const {
+  return any_overlap(box, [](const BodyBox&) { return true; });
+}
+
+bool BodyTerrain::any_liquid(const VoxelBox& voxels) const {
+  if (liquid_->empty()) return false;
+  const world::LeafPos low = world::leaf_from_voxel(voxels.min), high = world::leaf_from_voxel(voxels.max);
+  for (int32_t x = low.x; x <= high.x; ++x)
+    for (int32_t y = low.y; y <= high.y; ++y)
+      for (int32_t z = low.z; z <= high.z; ++z) {
+        const world::LeafMask& mask = liquid_->leaf({x, y, z});
+        if (mask.is_none()) continue;
+        VoxelBox inside{world::voxel_from_leaf({x, y, z}), {}};
+        for (int a = 0; a < 3; ++a) {
+          inside.max[a] = std::min(inside.min[a] + world::kLeafSize - 1, voxels.max[a]);
+          inside.min[a] = std::max(inside.min[a], voxels.min[a]);
+        }
+        if (any_voxel(inside, [&](VoxelPos v) { return mask.test(v); })) return true;
+      }
+  return false;
+}
+
+Displaced BodyTerrain::displaced(const BodyBox& box) const {
+  Displaced sum;
+  if (liquid_->empty()) return sum;
+  any_voxel(box.voxels(), [&](VoxelPos v) {
+    if (!last_liquid_.test(*liquid_, v)) return false;
+    double volume = 1;
+    for (int a = 0; a < 3; ++a) {
+      const int64_t low = v[a] * kFixedOne;
+      volume *= from_fixed(std::min(box.max(a), low + kFixedOne) - std::max(box.min[a], low));
+    }
+    sum.volume += volume, sum.mass += volume * density_[store_.get(v)];
+    return false;
+  });
+  return sum;
+}
+
+}  // namespace sim
