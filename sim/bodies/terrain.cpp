@@ -10,6 +10,8 @@ using world::VoxelPos;
 
 namespace {
 
+constexpr int kFullLiquid = 4096;  // of the layer `liquid`; 0: not active, and full
+
 template <class Visit>
 bool any_voxel(const VoxelBox& box, const Visit& visit) {
   for (int32_t x = box.min.x; x <= box.max.x; ++x)
@@ -99,12 +101,16 @@ bool BodyTerrain::any_liquid(const VoxelBox& voxels) const {
 Displaced BodyTerrain::displaced(const BodyBox& box) const {
   Displaced sum;
   if (liquid_->empty()) return sum;
+  // A liquid that doesn't fill its voxel lies at its bottom.
+  const world::IntLayer* amounts = store_.find_int_layer(world::Layer::liquid);
   any_voxel(box.voxels(), [&](VoxelPos v) {
     if (!last_liquid_.test(*liquid_, v)) return false;
+    const int32_t amount = amounts ? amounts->get(v) : 0;
     double volume = 1;
     for (int a = 0; a < 3; ++a) {
       const int64_t low = v[a] * kFixedOne;
-      volume *= from_fixed(std::min(box.max(a), low + kFixedOne) - std::max(box.min[a], low));
+      const int64_t high = low + (a == 1 && amount > 0 ? amount * (kFixedOne / kFullLiquid) : kFixedOne);
+      volume *= std::max(0.0, from_fixed(std::min(box.max(a), high) - std::max(box.min[a], low)));
     }
     sum.volume += volume, sum.mass += volume * density_[store_.get(v)];
     return false;

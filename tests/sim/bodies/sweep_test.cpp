@@ -121,6 +121,20 @@ TEST(Sweep, TheWorldEndsInAWall) {
   EXPECT_EQ(moved(box, hit.part_of(FixedVec3{100 * kFixedOne, 0, 0})).max(0), border);
 }
 
+TEST(Terrain, ABoxDisplacesTheLiquidThatItIsIn) {
+  World w(world::standard_blocks());
+  fill(w, {0, 0, 0}, {3, 1, 3}, "water");
+  BodyTerrain terrain(w.store);
+  terrain.refresh();
+  const BodyBox box{{kFixedOne / 2, kFixedOne / 4, 0}, {kFixedOne, 2 * kFixedOne, kFixedOne}};
+  EXPECT_EQ(terrain.displaced(box).volume, 1.75);
+  EXPECT_EQ(terrain.displaced(box).mass, 1.75 * 998);
+  // The upper voxels hold a quarter.
+  for (int x = 0; x < 4; ++x)
+    for (int z = 0; z < 4; ++z) w.store.make_int_layer(world::Layer::liquid).set({x, 1, z}, 1024);
+  EXPECT_EQ(terrain.displaced(box).volume, 1.0);
+}
+
 TEST(Terrain, PlantsAreOpenAndFencesAreThin) {
   World w(world::standard_blocks());
   world::BlockId plant = 0, fence = 0;
