@@ -360,6 +360,25 @@ TEST(SurfaceLight, BothBackendsShowTheSameLight) {
   EXPECT_EQ((*raster)->messages(), std::vector<std::string>{});
 }
 
+TEST(Backends, SayWhetherAPictureReadsTheWorldsLight) {
+  const world::World w = hills();
+  for (const BackendInfo& info : backends()) {
+    const auto backend = info.make();
+    ASSERT_TRUE(backend.ok()) << info.name;
+    RenderKnobs knobs;
+    EXPECT_EQ((*backend)->reads_light(w, knobs), info.name != "reference") << info.name;
+    knobs.light_transport = LightTransport::path;
+    EXPECT_EQ((*backend)->reads_light(w, knobs), info.name == "raster") << info.name;
+    knobs.light_transport = LightTransport::direct;
+    knobs.spp = 4;
+    EXPECT_EQ((*backend)->reads_light(w, knobs), info.name == "raster") << info.name;
+    if (info.name == "raster") continue;
+    // What isn't read needn't be there.
+    knobs.light_model = LightModel::flood4;
+    EXPECT_TRUE((*backend)->render(world::WorldView(w), Camera{}, knobs, 4, 4).ok()) << info.name;
+  }
+}
+
 TEST(SurfaceLight, LightThatNothingMadeIsAnError) {
   const world::World w = hills();
   auto raycast = make_raycast_backend();
