@@ -1,0 +1,337 @@
+#include "sim/matter/cells.h"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <cstring>
+
+#include "world/base/errors.h"
+#include "world/base/random.h"
+#include "world/store/leaf_shifts.h"
+
+namespace sim {
+
+using world::BlockId;
+using world::LeafMask;
+using world::LeafPos;
+using world::VoxelPos;
+
+namespace {
+
+constexpr uint64_t kFirstZ = world::kFirstZMask, kLastZ = kFirstZ << 7;
+
+bool leaf_inside_world(LeafPos l) {
+  const VoxelPos low = world::voxel_from_leaf(l);
+  return world::inside_world(low) && world::inside_world(low + VoxelPos{7, 7, 7});
+}
+
+/// For each axis bit 0: something near its low side, bit 1: in the middle (always, where anything is set), bit 2: near
+/// its high side. Near: of the two layers there, since rules look two voxels far.
+std::array<unsigned, 3> sides_near(const LeafMask& m) {
+  uint64_t all = 0;
+  for (const uint64_t w : m.word) all |= w;
+  const uint64_t low_z = kFirstZ | kFirstZ << 1, high_z = kLastZ | kLastZ >> 1;
+  const auto bits = [](bool low, bool high) { return 2u | (low ? 1u : 0u) | (high ? 4u : 0u); };
+  return {bits(m.word[0] | m.word[1], m.word[6] | m.word[7]), bits(all & 0xffff, all >> 48),
+          bits(all & low_z, all & high_z)};
+}
+
+/// Calls visit(index) for each byte that isn't 0.
+template <class Visit>
+void for_each_set(const std::vector<uint8_t>& flags, Visit visit) {
+  for (size_t i = 0; i < flags.size(); i += 8) {
+    const size_t end = std::min(i + 8, flags.size());
+    uint64_t eight = 0;
+    std::memcpy(&eight, flags.data() + i, end - i);
+    if (!eight) continue;
+    for (size_t k = i; k < end; ++k)
+      if (flags[k]) visit(static_cast<PageId>(k));
+  }
+}
+
+}  // namespace
+
+Cells::Cells(world::Store& store, uint64_t seed, size_t rules, int32_t floor_y)
+    : store_(store),
+      seed_(seed),
+      floor_leaf_(floor_y >> world::kLeafLog2),
+      subscriber_(store.subscribe()),
+      traits_(store.palette()),
+      awake_(rules) {
+  allocate();  // kClosedPage
+  closed_[kClosedPage] = occupied_[kClosedPage] = world::kAllMask;
+  around_[kClosedPage].fill(kClosedPage);
+}
+
+PageId Cells::allocate() {
+  if (!free_.empty()) {
+    const PageId p = free_.back();
+    free_.pop_back();
+    return p;
+  }
+  const auto p = static_cast<PageId>(pos_.size());
+  pos_.emplace_back();
+  around_.emplace_back();
+  hash_.push_back(0);
+  version_.push_back(0);
+  for (auto* plane : {&grain_, &closed_, &occupied_}) plane->emplace_back();
+  tag_.emplace_back();
+  for (auto* flags : {&ring_, &stirred_, &unsaved_}) flags->push_back(0);
+  blocks_.emplace_back();
+  return p;
+}
+
+PageId Cells::find(LeafPos l) const {
+  const Slots* slots = slots_.find(world::region_from_leaf(l));
+  return slots ? slots->page[static_cast<size_t>(world::index_in_region(l))] : kClosedPage;
+}
+
+PageId Cells::open(LeafPos l) {
+  if (const PageId p = find(l)) return p;
+  if (l.y < floor_leaf_ || !leaf_inside_world(l)) return kClosedPage;
+  const PageId p = allocate();
+  Slots& slots = slots_.insert(world::region_from_leaf(l));
+  slots.page[static_cast<size_t>(world::index_in_region(l))] = p;
+  ++slots.used;
+  pos_[p] = l;
+  ring_[p] = stirred_[p] = unsaved_[p] = 0;
+  hash_[p] = world::random_bits(seed_, l.x, l.y, l.z);
+  blocks_[p].reset();
+  read(p, store_.leaf(l));
+  link(p);
+  return p;
+}
+
+void Cells::read(PageId p, const world::LeafBlocks& leaf) {
+  LeafMask grain, closed;
+  BlockId kind = kNoKind;
+  bool rich = false;
+  if (!leaf.values) {
+    const Content content = traits_[leaf.uniform].content;
+    if (content == Content::grain) grain = world::kAllMask, kind = leaf.uniform;
+    if (content == Content::closed) closed = world::kAllMask;
+    rich = content == Content::liquid || content == Content::gas;
+    met_liquid_ |= content == Content::liquid;
+  } else {
+    for (int i = 0; i < world::kLeafVoxels; ++i) {
+      const BlockId id = leaf.values[i];
+      switch (traits_[id].content) {
+        case Content::empty:
+          break;
+        case Content::closed:
+          closed.set(i);
+          break;
+        case Content::grain:
+          grain.set(i);
+          rich |= kind != kNoKind && kind != id;
+          kind = id;
+          break;
+        case Content::liquid:
+          met_liquid_ = true;
+          [[fallthrough]];
+        case Content::gas:
+          rich = true;
+          break;
+      }
+    }
+  }
+  ++version_[p];
+  grain_[p] = grain, closed_[p] = closed;
+  for (int x = 0; x < 8; ++x) occupied_[p].word[x] = grain.word[x] | closed.word[x];
+  tag_[p] = {kind, rich, rich};
+  met_rich_ |= rich || (kind != kNoKind && met_kind_ != kNoKind && kind != met_kind_);
+  if (kind != kNoKind) met_kind_ = kind;
+  if (rich) {
+    if (!blocks_[p]) blocks_[p] = std::make_unique<Blocks>();
+    for (int i = 0; i < world::kLeafVoxels; ++i) (*blocks_[p])[static_cast<size_t>(i)] = leaf[i];
+  } else {
+    blocks_[p].reset();
+  }
+}
+
+void Cells::link(PageId p) {
+  for (int dx = -1; dx <= 1; ++dx)
+    for (int dy = -1; dy <= 1; ++dy)
+      for (int dz = -1; dz <= 1; ++dz) {
+        const PageId other = dx == 0 && dy == 0 && dz == 0 ? p : find(pos_[p] + LeafPos{dx, dy, dz});
+        around_[p][static_cast<size_t>(around_index(dx, dy, dz))] = other;
+        if (other != kClosedPage) around_[other][static_cast<size_t>(around_index(-dx, -dy, -dz))] = p;
+      }
+}
+
+void Cells::open_around(PageId p) {
+  if (p == kClosedPage || ring_[p]) return;
+  const LeafPos l = pos_[p];
+  for (int dx = -1; dx <= 1; ++dx)
+    for (int dy = -1; dy <= 1; ++dy)
+      for (int dz = -1; dz <= 1; ++dz)
+        if (around_[p][static_cast<size_t>(around_index(dx, dy, dz))] == kClosedPage) open(l + LeafPos{dx, dy, dz});
+  ring_[p] = 1;
+}
+
+void Cells::release(PageId p) {
+  for (size_t i = 0; i < 27; ++i) {
+    const PageId other = around_[p][i];
+    if (other == kClosedPage || other == p) continue;
+    around_[other][26 - i] = kClosedPage;
+    ring_[other] = 0;
+  }
+  const LeafPos l = pos_[p];
+  const world::RegionPos r = world::region_from_leaf(l);
+  Slots& slots = *slots_.find(r);
+  slots.page[static_cast<size_t>(world::index_in_region(l))] = kClosedPage;
+  if (--slots.used == 0) slots_.erase(r);
+  blocks_[p].reset();
+  free_.push_back(p);
+}
+
+BlockId Cells::block(PageId p, int index) const {
+  if (blocks_[p]) return (*blocks_[p])[static_cast<size_t>(index)];
+  if (grain_[p].test(index)) return tag_[p].kind;
+  if (!closed_[p].test(index)) return world::kAir;
+  return store_.leaf(pos_[p])[index];  // what never moves is where it was
+}
+
+void Cells::values_of(PageId p, std::span<BlockId, world::kLeafVoxels> into) const {
+  if (blocks_[p]) {
+    std::copy(blocks_[p]->begin(), blocks_[p]->end(), into.begin());
+    return;
+  }
+  const world::LeafBlocks leaf = store_.leaf(pos_[p]);
+  for (int x = 0; x < 8; ++x) {
+    const uint64_t grain = grain_[p].word[x], closed = closed_[p].word[x];
+    for (int b = 0; b < 64; ++b) {
+      const int i = x * 64 + b;
+      into[static_cast<size_t>(i)] = grain >> b & 1 ? tag_[p].kind : closed >> b & 1 ? leaf[i] : world::kAir;
+    }
+  }
+}
+
+Cells::Blocks& Cells::blocks(PageId p) {
+  CHECK(p != kClosedPage);
+  if (!blocks_[p]) {
+    auto made = std::make_unique<Blocks>();
+    values_of(p, *made);
+    blocks_[p] = std::move(made);
+    tag_[p].has_blocks = true;
+  }
+  return *blocks_[p];
+}
+
+// ---- who is awake ------------------------------------------------------------------------------------------------
+
+void Cells::stir(PageId p, const LeafMask& changed) {
+  const auto mark = [](uint8_t& flag) { std::atomic_ref<uint8_t>(flag).store(1, std::memory_order_relaxed); };
+  unsaved_[p] = 1;
+  mark(stirred_[p]);
+  const std::array<unsigned, 3> near = sides_near(changed);
+  if ((near[0] | near[1] | near[2]) == 2u) return;
+  const std::array<PageId, 27>& around = around_[p];
+  for (int dx = -1; dx <= 1; ++dx) {
+    if (!(near[0] >> (dx + 1) & 1)) continue;
+    for (int dy = -1; dy <= 1; ++dy) {
+      if (!(near[1] >> (dy + 1) & 1)) continue;
+      for (int dz = -1; dz <= 1; ++dz)
+        if (near[2] >> (dz + 1) & 1) mark(stirred_[around[static_cast<size_t>(around_index(dx, dy, dz))]]);
+    }
+  }
+}
+
+void Cells::spread() {
+  stirred_[kClosedPage] = 0;
+  for_each_set(stirred_, [&](PageId p) {
+    stirred_[p] = 0;
+    for (AwakeSet& set : awake_) set.add(p);
+  });
+}
+
+bool Cells::settled() const {
+  return std::all_of(awake_.begin(), awake_.end(), [](const AwakeSet& set) { return set.empty(); });
+}
+
+// ---- the store ---------------------------------------------------------------------------------------------------
+
+void Cells::follow_edits() {
+  traits_.follow();
+  for (const LeafPos& l : store_.take_dirty(subscriber_)) {
+    PageId p = find(l);
+    if (p == kClosedPage) {
+      if ((p = open(l)) == kClosedPage) continue;
+    } else {
+      read(p, store_.leaf(l));
+    }
+    // What the edit replaced isn't known any more, so that all of the leaf counts as changed.
+    open_around(p);
+    stir(p, world::kAllMask);
+    unsaved_[p] = 0;
+  }
+  spread();
+}
+
+void Cells::wake_all() {
+  traits_.follow();
+  const auto moves = [&](const world::LeafBlocks& leaf) {
+    const auto may = [&](BlockId id) {
+      const Content c = traits_[id].content;
+      return c == Content::grain || c == Content::liquid || c == Content::gas;
+    };
+    if (!leaf.values) return may(leaf.uniform);
+    return std::any_of(leaf.values, leaf.values + world::kLeafVoxels, may);
+  };
+  world::StoreReader reader(store_);
+  for (const world::RegionPos& r : store_.regions())
+    for (int i = 0; i < world::kLeavesPerRegion; ++i) {
+      const LeafPos l = world::leaf_from_region(r) + world::leaf_offset_in_region(i);
+      if (!moves(reader.leaf(l))) continue;
+      const PageId p = open(l);
+      for (AwakeSet& set : awake_) set.add(p);
+    }
+}
+
+size_t Cells::flush() {
+  world::EditBatch batch;
+  size_t leaves = 0;
+  Blocks values;
+  for_each_set(unsaved_, [&](PageId p) {
+    values_of(p, values);
+    const VoxelPos low = world::voxel_from_leaf(pos_[p]);
+    const world::LeafBlocks leaf = store_.leaf(pos_[p]);
+    for (int i = 0; i < world::kLeafVoxels; ++i)
+      if (const BlockId value = values[static_cast<size_t>(i)]; value != leaf[i])
+        batch.set(low + world::offset_in_leaf(i), value);
+    ++leaves;
+  });
+  if (leaves > 0) {
+    CHECK(store_.apply(batch).ok());
+    store_.take_dirty(subscriber_);  // our own
+  }
+  // The store knows all again: pages may be plain.
+  for_each_set(unsaved_, [&](PageId p) {
+    unsaved_[p] = 0;
+    if (blocks_[p]) read(p, store_.leaf(pos_[p]));
+  });
+  return leaves;
+}
+
+void Cells::close_idle() {
+  std::vector<uint8_t> needed(pos_.size(), 0);
+  for (const AwakeSet& set : awake_)
+    for (const PageId p : set.next()) {
+      needed[p] = 1;
+      for (const PageId other : around_[p]) needed[other] = 1;
+    }
+  std::vector<uint8_t> is_free(pos_.size(), 0);
+  for (const PageId p : free_) is_free[p] = 1;
+  for (PageId p = 1; p < pos_.size(); ++p)
+    if (!needed[p] && !is_free[p]) release(p);
+}
+
+size_t Cells::bytes() const {
+  size_t all = pos_.capacity() * (sizeof(LeafPos) + sizeof(around_[0]) + 3 * sizeof(LeafMask) + 24) + slots_.bytes() +
+               slots_.size() * sizeof(Slots);
+  for (const auto& blocks : blocks_)
+    if (blocks) all += sizeof(Blocks);
+  return all;
+}
+
+}  // namespace sim

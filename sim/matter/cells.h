@@ -1,0 +1,169 @@
+/// The part of a world that moves: leaves of the store, opened as pages of bit planes while something in or beside
+/// them is awake. Rules read and write pages; flush() writes what changed back to the store.
+///
+///   page 0            closed all over: what lies outside of the world's border, or is not loaded
+///   page n            a leaf: its place, its 26 neighbours, and by plane 512 bits
+///     grain, closed   of its voxels; what is neither can be entered by grains: air, gases, liquids
+///     blocks          512 ids, made where planes don't say all of it; see has_blocks()
+///
+/// A page is plain where it holds air, voxels that never move, and grains of one kind: then planes and kind() say what
+/// is where, and moving a grain is moving a bit. Else it is rich, and its ids are kept. Plain pages in which something
+/// else than one kind of grain may arrive have ids too, until the next flush.
+///
+/// Rules that run at the same time write their own page only. Pages come and go between passes, on one thread.
+/// bytes  about 600 a page, and 1024 for ids
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "sim/matter/traits.h"
+#include "world/store/leaf_mask.h"
+#include "world/store/region_table.h"
+#include "world/store/store.h"
+
+namespace sim {
+
+using PageId = uint32_t;
+constexpr PageId kClosedPage = 0;
+
+/// Of the 27 around a page, itself in the middle: (dx + 1) * 9 + (dy + 1) * 3 + dz + 1.
+constexpr int around_index(int dx, int dy, int dz) { return (dx + 1) * 9 + (dy + 1) * 3 + dz + 1; }
+constexpr int kSelf = around_index(0, 0, 0), kAbove = around_index(0, 1, 0), kBelow = around_index(0, -1, 0);
+
+/// Pages that one rule has to look at.
+class AwakeSet {
+ public:
+  const std::vector<PageId>& now() const { return now_; }
+  bool empty() const { return next_.empty(); }
+  void add(PageId p) {
+    if (p >= marked_.size()) marked_.resize(p + 1, 0);
+    if (p == kClosedPage || marked_[p]) return;
+    marked_[p] = 1;
+    next_.push_back(p);
+  }
+  /// What was added so far is now(), and nothing is added yet.
+  void begin() {
+    now_.swap(next_);
+    next_.clear();
+    for (const PageId p : now_) marked_[p] = 0;
+  }
+  std::span<const PageId> next() const { return next_; }
+  void clear() {
+    begin();
+    now_.clear();
+  }
+
+ private:
+  std::vector<PageId> now_, next_;
+  std::vector<uint8_t> marked_;  // in next_
+};
+
+class Cells {
+ public:
+  using Blocks = std::array<world::BlockId, world::kLeafVoxels>;
+  static constexpr world::BlockId kNoKind = world::kAir;
+
+  /// The store must outlive it and stay where it is. `rules` awake sets are kept. Nothing goes below floor_y, a
+  /// multiple of 8: what is there is closed.
+  Cells(world::Store& store, uint64_t seed, size_t rules, int32_t floor_y);
+
+  // ---- pages ----
+  size_t page_limit() const { return pos_.size(); }  // page ids are below this
+  size_t open_pages() const { return pos_.size() - 1 - free_.size(); }
+  world::LeafPos pos(PageId p) const { return pos_[p]; }
+  const std::array<PageId, 27>& around(PageId p) const { return around_[p]; }
+  /// The page of a leaf, opened where it isn't; kClosedPage outside of the world.
+  PageId open(world::LeafPos l);
+  PageId find(world::LeafPos l) const;
+  /// Opens the neighbours too: what a rule needs before it looks at a page.
+  void open_around(PageId p);
+  /// A random number of the page, of the seed and its place.
+  uint64_t hash(PageId p) const { return hash_[p]; }
+
+  // ---- what is where ----
+  world::LeafMask* grain() { return grain_.data(); }
+  const world::LeafMask* closed() const { return closed_.data(); }
+  /// grain | closed.
+  world::LeafMask* occupied() { return occupied_.data(); }
+  const MatterTraits& traits() const { return traits_; }
+  /// A page at a glance: the kind of its grains where it is plain, and two flags.
+  struct Tag {
+    world::BlockId kind = kNoKind;
+    bool rich = false, has_blocks = false;
+  };
+  Tag tag(PageId p) const { return tag_[p]; }
+  world::BlockId kind(PageId p) const { return tag_[p].kind; }
+  void set_kind(PageId p, world::BlockId kind) { tag_[p].kind = kind; }
+  bool is_rich(PageId p) const { return tag_[p].rich; }
+  /// Whether any page so far held a liquid; and whether all were plain, with grains of one kind, which that is.
+  bool met_liquid() const { return met_liquid_; }
+  bool met_one_kind(world::BlockId& kind) const {
+    kind = met_kind_;
+    return !met_rich_;
+  }
+  world::BlockId block(PageId p, int index) const;
+  const world::BlockId* find_blocks(PageId p) const { return blocks_[p] ? blocks_[p]->data() : nullptr; }
+  /// Counts how often the content was read anew: what a rule derives from ids holds as long as it is the same.
+  uint32_t version(PageId p) const { return version_[p]; }
+  /// Its ids, made where there are none; whoever moves something in the page keeps them right from then on.
+  Blocks& blocks(PageId p);
+  void set_rich(PageId p) { tag_[p].rich = true; }  // not in a world of one kind
+  const std::array<PageId, 27>* arounds() const { return around_.data(); }
+  const uint64_t* hashes() const { return hash_.data(); }
+
+  // ---- who is awake ----
+  AwakeSet& awake(size_t rule) { return awake_[rule]; }
+  /// Says that voxels of a page changed: it, and those neighbours to which one of them is near, will be awake for all
+  /// rules. Takes effect in spread(); for different pages, from several threads at once. The page's neighbours are
+  /// open.
+  void stir(PageId p, const world::LeafMask& changed);
+  void spread();
+  bool settled() const;
+
+  // ---- the store ----
+  /// Opens what others edited in the store, and wakes it.
+  void follow_edits();
+  /// Wakes all leaves in which something could move: at the start of a simulation.
+  void wake_all();
+  /// Writes changed pages to the store. Returns how many leaves.
+  size_t flush();
+  /// Closes pages that no rule will look at; flush() first.
+  void close_idle();
+  size_t bytes() const;
+
+ private:
+  struct Slots {
+    std::array<PageId, world::kLeavesPerRegion> page{};
+    int used = 0;
+  };
+  PageId allocate();
+  void read(PageId p, const world::LeafBlocks& leaf);
+  void link(PageId p);
+  void release(PageId p);
+  void values_of(PageId p, std::span<world::BlockId, world::kLeafVoxels> into) const;
+
+  world::Store& store_;
+  uint64_t seed_;
+  int32_t floor_leaf_;  // y of the lowest leaves
+  int subscriber_;
+  MatterTraits traits_;
+  world::RegionTable<Slots> slots_;
+  std::vector<world::LeafPos> pos_;
+  std::vector<std::array<PageId, 27>> around_;
+  std::vector<uint64_t> hash_;
+  std::vector<uint32_t> version_;
+  std::vector<world::LeafMask> grain_, closed_, occupied_;
+  std::vector<Tag> tag_;
+  std::vector<uint8_t> ring_;               // its neighbours were opened
+  std::vector<uint8_t> stirred_, unsaved_;  // since the last spread(), the last flush()
+  std::vector<std::unique_ptr<Blocks>> blocks_;
+  std::vector<PageId> free_;
+  std::vector<AwakeSet> awake_;
+  bool met_liquid_ = false, met_rich_ = false;
+  world::BlockId met_kind_ = kNoKind;
+};
+
+}  // namespace sim

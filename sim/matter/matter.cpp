@@ -1,0 +1,142 @@
+#include "sim/matter/matter.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "world/base/errors.h"
+
+namespace sim {
+
+#define RULE(name)        \
+  RuleInfo name##_info(); \
+  std::unique_ptr<Rule> make_##name##_rule(size_t rule);
+#include "sim_matter_rules.list.h"
+#undef RULE
+
+const std::vector<RuleRow>& rule_rows() {
+  static const std::vector<RuleRow> rows = {
+#define RULE(name) {name##_info(), make_##name##_rule},
+#include "sim_matter_rules.list.h"
+#undef RULE
+  };
+  return rows;
+}
+
+struct Matter::Running {
+  std::unique_ptr<Rule> rule;  // null: not called for
+  std::string why;
+  uint64_t leaves_visited = 0, voxels_changed = 0;
+  double ms = 0;
+  size_t bytes = 0;
+};
+
+namespace {
+
+/// A world stands on the floor of its lowest region: what falls off its edge doesn't fall for ever.
+int32_t floor_of(const world::World& world) {
+  int32_t lowest = INT32_MAX;
+  for (const world::RegionPos& r : world.store.regions()) lowest = std::min(lowest, r.y);
+  return lowest == INT32_MAX ? 0 : lowest * world::kRegionSize;
+}
+
+}  // namespace
+
+Matter::Matter(world::World& world, const MatterOptions& options)
+    : world_(world), options_(options), rules_(rule_rows().size()) {
+  call_rules();
+}
+Matter::~Matter() = default;
+
+/// Makes the rules that are called for now and weren't.
+void Matter::call_rules() {
+  const std::vector<RuleRow>& rows = rule_rows();
+  bool made = false;
+  std::vector<world::BlockId> present;
+  for (const auto& [id, count] : world_.store.census()) present.push_back(id);
+  for (size_t r = 0; r < rows.size(); ++r) {
+    Running& running = rules_[r];
+    if (running.rule) continue;
+    for (const world::BlockId id : present)
+      if (rows[r].info.calls((*world_.palette)[id])) {
+        running.why = (*world_.palette)[id].name;
+        running.rule = rows[r].make(r);
+        break;
+      }
+    if (!running.rule &&
+        std::find(options_.effects.begin(), options_.effects.end(), rows[r].info.name) != options_.effects.end()) {
+      running.why = "the scene asks for it";
+      running.rule = rows[r].make(r);
+    }
+    made |= running.rule != nullptr;
+  }
+  if (!made) return;
+  if (!cells_) cells_ = std::make_unique<Cells>(world_.store, options_.seed, rows.size(), floor_of(world_));
+  cells_->wake_all();
+}
+
+StepReport Matter::step() {
+  StepReport report;
+  const Tick tick{tick_++, options_.seed};
+  if (!cells_) return report;
+  cells_->follow_edits();
+  for (size_t r = 0; r < rules_.size(); ++r) {
+    Running& running = rules_[r];
+    if (!running.rule) {
+      cells_->awake(r).clear();
+      continue;
+    }
+    if (cells_->awake(r).empty()) continue;
+    const auto start = std::chrono::steady_clock::now();
+    const RuleReport done = running.rule->step(*cells_, tick);
+    running.ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    running.leaves_visited += done.leaves_visited;
+    running.voxels_changed += done.voxels_changed;
+    running.bytes = std::max(running.bytes, done.bytes);
+    report.leaves_visited += done.leaves_visited;
+    report.voxels_changed += done.voxels_changed;
+  }
+  if (settled()) {
+    flush();
+    cells_->close_idle();
+  }
+  return report;
+}
+
+bool Matter::settled() const { return !cells_ || cells_->settled(); }
+
+size_t Matter::awake_leaves() const {
+  if (!cells_) return 0;
+  std::vector<PageId> all;
+  for (size_t r = 0; r < rules_.size(); ++r)
+    if (rules_[r].rule) all.insert(all.end(), cells_->awake(r).next().begin(), cells_->awake(r).next().end());
+  std::sort(all.begin(), all.end());
+  return static_cast<size_t>(std::unique(all.begin(), all.end()) - all.begin());
+}
+
+void Matter::flush() {
+  if (cells_) cells_->flush();
+}
+
+uint64_t Matter::state_hash() {
+  flush();
+  return world_.store.content_hash();
+}
+
+std::vector<EffectReport> Matter::effects() const {
+  std::vector<EffectReport> all;
+  for (size_t r = 0; r < rules_.size(); ++r) {
+    const Running& running = rules_[r];
+    EffectReport report;
+    report.name = rule_rows()[r].info.name;
+    report.called_for = running.rule != nullptr;
+    report.why = running.why;
+    report.leaves_visited = running.leaves_visited, report.voxels_changed = running.voxels_changed;
+    report.ms = running.ms, report.bytes = running.bytes;
+    all.push_back(std::move(report));
+  }
+  return all;
+}
+
+size_t Matter::bytes() const { return cells_ ? cells_->bytes() : 0; }
+
+}  // namespace sim

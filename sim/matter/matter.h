@@ -1,0 +1,66 @@
+/// Matter of one world, tick by tick: the rules that its content calls for, on the leaves that are awake.
+///
+/// Everything that moves is integer. The state after a tick is a function of the world, the seed and the tick's number:
+/// not of the threads, the order of leaves, which leaves were awake beyond need, or how often it was written back.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sim/matter/rule.h"
+#include "world/world.h"
+
+namespace sim {
+
+struct EffectReport {
+  std::string name;
+  bool called_for = false;
+  std::string why;
+  // Sums over all ticks so far.
+  uint64_t leaves_visited = 0, voxels_changed = 0;
+  double ms = 0;
+  size_t bytes = 0;
+};
+
+struct StepReport {
+  uint64_t leaves_visited = 0;  // by all rules
+  uint64_t voxels_changed = 0;
+};
+
+struct MatterOptions {
+  uint64_t seed = 1;
+  std::vector<std::string> effects = {};  // asked for beyond what the content calls for
+};
+
+class Matter {
+ public:
+  /// The world must outlive it; its blocks may be edited between steps. Everything that may move is awake at first.
+  Matter(world::World& world, const MatterOptions& options);
+  ~Matter();
+
+  /// One tick. Edits of the store since the last one are taken in first.
+  StepReport step();
+  /// Whether nothing is awake: a step would visit no leaf.
+  bool settled() const;
+  size_t awake_leaves() const;
+  uint64_t tick() const { return tick_; }
+  /// Writes the state to the store, which lags behind it between.
+  void flush();
+  /// Of the world's blocks after flush().
+  uint64_t state_hash();
+  /// Every rule, also those that were not called for.
+  std::vector<EffectReport> effects() const;
+  size_t bytes() const;
+
+ private:
+  struct Running;
+  void call_rules();
+  world::World& world_;
+  MatterOptions options_;
+  uint64_t tick_ = 0;
+  std::unique_ptr<Cells> cells_;
+  std::vector<Running> rules_;  // one a row of rule_rows()
+};
+
+}  // namespace sim

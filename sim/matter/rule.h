@@ -1,0 +1,57 @@
+/// A rule of matter: one file in sim/matter/rules that defines
+///   RuleInfo <name>_info();
+///   std::unique_ptr<Rule> make_<name>_rule(size_t rule);
+/// The folder is the registry.
+///
+/// A rule is called for by blocks of the census or by name in the scene's [simulation] table. Where it isn't, it is
+/// never made: it enters no tick and holds no byte.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/matter/cells.h"
+
+namespace sim {
+
+/// What a rule did in one tick.
+struct RuleReport {
+  uint64_t leaves_visited = 0;
+  uint64_t voxels_changed = 0;
+  size_t bytes = 0;  // of what the rule holds, beside the pages
+  double ms = 0;
+};
+
+struct Tick {
+  uint64_t number = 0;
+  uint64_t seed = 0;
+};
+
+/// What a rule says of itself.
+struct RuleInfo {
+  std::string_view name;
+  std::string_view what;
+  std::string_view conserves;
+  /// Whether a voxel of this block calls for the rule.
+  bool (*calls)(const world::Block& block) = nullptr;
+};
+
+class Rule {
+ public:
+  virtual ~Rule() = default;
+  /// One tick of it on the pages that are awake for it; changes are told to cells.wake().
+  virtual RuleReport step(Cells& cells, const Tick& tick) = 0;
+};
+
+struct RuleRow {
+  RuleInfo info;
+  /// `rule`: its number among the awake sets of the cells.
+  std::unique_ptr<Rule> (*make)(size_t rule);
+};
+/// Every rule of sim/matter/rules, in the order in which a tick runs them: that of their names.
+const std::vector<RuleRow>& rule_rows();
+
+}  // namespace sim
