@@ -78,6 +78,8 @@ PageId Cells::allocate() {
   tag_.emplace_back();
   for (auto* flags : {&ring_, &stirred_, &unsaved_}) flags->push_back(0);
   blocks_.emplace_back();
+  amounts_.emplace_back();
+  heats_.emplace_back();
   return p;
 }
 
@@ -97,6 +99,8 @@ PageId Cells::open(LeafPos l) {
   ring_[p] = stirred_[p] = unsaved_[p] = 0;
   hash_[p] = world::random_bits(seed_, l.x, l.y, l.z);
   blocks_[p].reset();
+  amounts_[p].reset();
+  heats_[p].reset();
   read(p, store_.leaf(l));
   link(p);
   return p;
@@ -111,7 +115,7 @@ void Cells::read(PageId p, const world::LeafBlocks& leaf) {
     if (content == Content::grain) grain = world::kAllMask, kind = leaf.uniform;
     if (content == Content::closed) closed = world::kAllMask;
     rich = content == Content::liquid || content == Content::gas;
-    met_liquid_ |= content == Content::liquid;
+    if (content == Content::liquid) met_liquid_ = true;
   } else {
     for (int i = 0; i < world::kLeafVoxels; ++i) {
       const BlockId id = leaf.values[i];
@@ -139,9 +143,10 @@ void Cells::read(PageId p, const world::LeafBlocks& leaf) {
   grain_[p] = grain, closed_[p] = closed;
   for (int x = 0; x < 8; ++x) occupied_[p].word[x] = grain.word[x] | closed.word[x];
   tag_[p] = {kind, rich, rich};
-  met_rich_ |= rich || (kind != kNoKind && met_kind_ != kNoKind && kind != met_kind_);
+  if (rich || (kind != kNoKind && met_kind_ != kNoKind && kind != met_kind_)) met_rich_ = true;
   if (kind != kNoKind) met_kind_ = kind;
-  if (rich) {
+  if (rich || amounts_[p]) {
+    tag_[p].has_blocks = true;
     if (!blocks_[p]) blocks_[p] = std::make_unique<Blocks>();
     for (int i = 0; i < world::kLeafVoxels; ++i) (*blocks_[p])[static_cast<size_t>(i)] = leaf[i];
   } else {
@@ -182,6 +187,8 @@ void Cells::release(PageId p) {
   slots.page[static_cast<size_t>(world::index_in_region(l))] = kClosedPage;
   if (--slots.used == 0) slots_.erase(r);
   blocks_[p].reset();
+  amounts_[p].reset();
+  heats_[p].reset();
   free_.push_back(p);
 }
 
@@ -216,6 +223,41 @@ Cells::Blocks& Cells::blocks(PageId p) {
     tag_[p].has_blocks = true;
   }
   return *blocks_[p];
+}
+
+Cells::Amounts& Cells::amounts(PageId p) {
+  if (!amounts_[p]) {
+    const Blocks& ids = blocks(p);
+    auto made = std::make_unique<Amounts>();
+    for (size_t i = 0; i < ids.size(); ++i) (*made)[i] = is_fluid(ids[i]) ? kFullVoxel : 0;
+    amounts_[p] = std::move(made);
+  }
+  return *amounts_[p];
+}
+
+Cells::Heats& Cells::heats(PageId p) {
+  if (!heats_[p]) heats_[p] = std::make_unique<Heats>();
+  return *heats_[p];
+}
+
+void Cells::put(PageId p, int index, const Cell& cell) {
+  const auto i = static_cast<size_t>(index);
+  Tag& tag = tag_[p];
+  blocks(p)[i] = cell.block;
+  const auto set = [&](LeafMask& mask, bool on) { on ? mask.set(index) : mask.clear(index); };
+  const Content content = traits_[cell.block].content;
+  set(grain_[p], content == Content::grain);
+  set(closed_[p], content == Content::closed);
+  set(occupied_[p], content == Content::grain || content == Content::closed);
+  if (content == Content::grain) {
+    if (tag.kind == kNoKind) tag.kind = cell.block;
+    tag.rich |= tag.kind != cell.block;
+  }
+  tag.rich |= content == Content::liquid || content == Content::gas;
+  if (content == Content::liquid) met_liquid_ = true;
+  if (tag.rich || (content == Content::grain && cell.block != met_kind_)) met_rich_ = true;
+  if (amounts_[p] || (cell.amount != 0 && cell.amount != kFullVoxel)) amounts(p)[i] = cell.amount;
+  if (heats_[p] || cell.heat != 0) heats(p)[i] = cell.heat;
 }
 
 // ---- who is awake ------------------------------------------------------------------------------------------------
@@ -258,7 +300,7 @@ void Cells::follow_edits() {
     if (p == kClosedPage) {
       if ((p = open(l)) == kClosedPage) continue;
     } else {
-      read(p, store_.leaf(l));
+      reread(p);
     }
     // What the edit replaced isn't known any more, so that all of the leaf counts as changed.
     open_around(p);
@@ -286,6 +328,22 @@ void Cells::wake_all() {
       const PageId p = open(l);
       for (AwakeSet& set : awake_) set.add(p);
     }
+}
+
+/// After an edit: what it wrote is full, and as warm as its surroundings at rest.
+void Cells::reread(PageId p) {
+  const world::LeafBlocks leaf = store_.leaf(pos_[p]);
+  if (amounts_[p] || heats_[p]) {
+    Blocks before;
+    values_of(p, before);
+    for (size_t i = 0; i < before.size(); ++i) {
+      const BlockId now = leaf[static_cast<int>(i)];
+      if (now == before[i]) continue;
+      if (amounts_[p]) (*amounts_[p])[i] = is_fluid(now) ? kFullVoxel : 0;
+      if (heats_[p]) (*heats_[p])[i] = 0;
+    }
+  }
+  read(p, leaf);
 }
 
 size_t Cells::flush() {

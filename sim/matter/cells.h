@@ -15,6 +15,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <memory>
 #include <span>
 #include <vector>
@@ -28,6 +29,17 @@ namespace sim {
 
 using PageId = uint32_t;
 constexpr PageId kClosedPage = 0;
+
+/// The amount of a liquid or gas that fills a voxel: units of 1/4096 m^3 of it at rest.
+constexpr int kFullVoxel = 4096;
+
+/// All that a voxel holds, and that moves with it.
+struct Cell {
+  world::BlockId block = world::kAir;
+  uint16_t amount = 0;  // of a liquid or gas, 1..65535; 0 for others
+  int32_t heat = 0;     // above rest, in the units of sim/matter/rules/heat.cpp
+  friend bool operator==(const Cell&, const Cell&) = default;
+};
 
 /// Of the 27 around a page, itself in the middle: (dx + 1) * 9 + (dy + 1) * 3 + dz + 1.
 constexpr int around_index(int dx, int dy, int dz) { return (dx + 1) * 9 + (dy + 1) * 3 + dz + 1; }
@@ -64,6 +76,8 @@ class AwakeSet {
 class Cells {
  public:
   using Blocks = std::array<world::BlockId, world::kLeafVoxels>;
+  using Amounts = std::array<uint16_t, world::kLeafVoxels>;
+  using Heats = std::array<int32_t, world::kLeafVoxels>;
   static constexpr world::BlockId kNoKind = world::kAir;
 
   /// The store must outlive it and stay where it is. `rules` awake sets are kept. Nothing goes below floor_y, a
@@ -110,6 +124,27 @@ class Cells {
   uint32_t version(PageId p) const { return version_[p]; }
   /// Its ids, made where there are none; whoever moves something in the page keeps them right from then on.
   Blocks& blocks(PageId p);
+  /// How much of the liquids and gases there is: null where all of the page are full voxels, or there are none.
+  const uint16_t* find_amounts(PageId p) const { return amounts_[p] ? amounts_[p]->data() : nullptr; }
+  uint16_t amount(PageId p, int index) const {
+    if (amounts_[p]) return (*amounts_[p])[static_cast<size_t>(index)];
+    return is_fluid(block(p, index)) ? kFullVoxel : 0;
+  }
+  /// Made where there are none. Ids too.
+  Amounts& amounts(PageId p);
+  /// Heat above rest: null where there is none.
+  const int32_t* find_heats(PageId p) const { return heats_[p] ? heats_[p]->data() : nullptr; }
+  Heats& heats(PageId p);
+  /// Whether amounts or heat are kept for it.
+  bool holds_more(PageId p) const { return amounts_[p] || heats_[p]; }
+  bool is_fluid(world::BlockId id) const {
+    return traits_[id].content == Content::liquid || traits_[id].content == Content::gas;
+  }
+  Cell cell(PageId p, int index) const {
+    return {block(p, index), amount(p, index), heats_[p] ? (*heats_[p])[static_cast<size_t>(index)] : 0};
+  }
+  /// Writes a voxel of a page with ids, and its bits of the planes. Tell stir() of it.
+  void put(PageId p, int index, const Cell& cell);
   void set_rich(PageId p) { tag_[p].rich = true; }  // not in a world of one kind
   const std::array<PageId, 27>* arounds() const { return around_.data(); }
   const uint64_t* hashes() const { return hash_.data(); }
@@ -141,6 +176,7 @@ class Cells {
   };
   PageId allocate();
   void read(PageId p, const world::LeafBlocks& leaf);
+  void reread(PageId p);
   void link(PageId p);
   void release(PageId p);
   void values_of(PageId p, std::span<world::BlockId, world::kLeafVoxels> into) const;
@@ -160,9 +196,11 @@ class Cells {
   std::vector<uint8_t> ring_;               // its neighbours were opened
   std::vector<uint8_t> stirred_, unsaved_;  // since the last spread(), the last flush()
   std::vector<std::unique_ptr<Blocks>> blocks_;
+  std::vector<std::unique_ptr<Amounts>> amounts_;
+  std::vector<std::unique_ptr<Heats>> heats_;
   std::vector<PageId> free_;
   std::vector<AwakeSet> awake_;
-  bool met_liquid_ = false, met_rich_ = false;
+  std::atomic<bool> met_liquid_{false}, met_rich_{false};
   world::BlockId met_kind_ = kNoKind;
 };
 

@@ -48,6 +48,10 @@ class Granular final : public Rule {
     uint16_t index;
     BlockId block;
   };
+  struct CellSwap {
+    int index;
+    Cell cell;
+  };
   const size_t rule_;  // its awake set
   using Roughness = std::array<uint16_t, world::kLeafVoxels>;
   std::vector<GranularPage> pages_;
@@ -55,11 +59,12 @@ class Granular final : public Rule {
   std::vector<PageId> targets_;                        // awake pages, and those that something goes to
   std::vector<uint8_t> is_target_;
   std::vector<BlockId> kinds_, plain_kinds_;
-  std::vector<PageId> plain_, rich_;      // targets in which bits move; in which what voxels hold moves along
-  std::vector<LeafMask> moved_;           // by plain
-  std::vector<PageMoves> moves_;          // by rich
-  std::vector<std::vector<Swap>> swaps_;  // by rich: what comes where grains went, then the grains that come
-  std::vector<size_t> grains_come_;       // by rich: where the second part starts
+  std::vector<PageId> plain_, rich_;               // targets in which bits move; in which what voxels hold moves along
+  std::vector<LeafMask> moved_;                    // by plain
+  std::vector<PageMoves> moves_;                   // by rich
+  std::vector<std::vector<Swap>> swaps_;           // by rich: what comes where grains went, then the grains that come
+  std::vector<std::vector<CellSwap>> cell_swaps_;  // the same where pages hold more than ids
+  std::vector<size_t> grains_come_;                // by rich: where the second part starts
 };
 
 /// Whether bits say all of what happens in the page: it has no ids to keep right, and nothing but one kind of grain may
@@ -158,6 +163,7 @@ void Granular::read_swaps(Cells& cells, size_t n) {
   const PageMoves& m = moves_[n];
   std::vector<Swap>& swaps = swaps_[n];
   swaps.clear();
+  cell_swaps_[n].clear();
   const auto read = [&](const LeafMask& mask, int face) {
     if (mask.is_none()) return;
     // Along the face's axis an index is `stride` apart from its neighbour's, or at the other end of the next page.
@@ -166,14 +172,17 @@ void Granular::read_swaps(Cells& cells, size_t n) {
     const LeafMask edge = world::side_of(face);
     const world::VoxelPos d = world::face_step(face);
     const PageId beyond = cells.around(p)[static_cast<size_t>(around_index(d.x, d.y, d.z))];
+    const bool whole = cells.holds_more(p) || cells.holds_more(beyond);
     const BlockId *own = cells.find_blocks(p), *other = cells.find_blocks(beyond);
     for (int x = 0; x < 8; ++x) {
       for (uint64_t bits = mask.word[x] & ~edge.word[x]; bits; bits &= bits - 1) {
         const int i = x * 64 + std::countr_zero(bits);
+        if (whole) cell_swaps_[n].push_back({i, cells.cell(p, i + step)});
         swaps.push_back({static_cast<uint16_t>(i), own[i + step]});
       }
       for (uint64_t bits = mask.word[x] & edge.word[x]; bits; bits &= bits - 1) {
         const int i = x * 64 + std::countr_zero(bits), there = i - 7 * step;
+        if (whole) cell_swaps_[n].push_back({i, cells.cell(beyond, there)});
         swaps.push_back({static_cast<uint16_t>(i), other ? other[there] : cells.block(beyond, there)});
       }
     }
@@ -219,6 +228,7 @@ LeafMask Granular::write_swaps(Cells& cells, size_t n) {
   }
   cells.set_kind(p, kind);
   if (rich) cells.set_rich(p);
+  for (const CellSwap& swap : cell_swaps_[n]) cells.put(p, swap.index, swap.cell);
   return moved;
 }
 
@@ -272,7 +282,7 @@ RuleReport Granular::step(Cells& cells, const Tick& tick) {
     plain_kinds_.push_back(kinds_[n]);
   }
   moves_.resize(rich_.size());
-  if (swaps_.size() < rich_.size()) swaps_.resize(rich_.size());
+  if (swaps_.size() < rich_.size()) swaps_.resize(rich_.size()), cell_swaps_.resize(rich_.size());
   grains_come_.resize(rich_.size());
   world::parallel_ranges(rich_.size(), kGrain, [&](size_t begin, size_t end) {
     const auto part = std::span<const PageId>(rich_).subspan(begin, end - begin);
