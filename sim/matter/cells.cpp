@@ -58,6 +58,7 @@ Cells::Cells(world::Store& store, uint64_t seed, size_t rules, int32_t floor_y)
       subscriber_(store.subscribe()),
       traits_(store.palette()),
       awake_(rules) {
+  met_.resize(traits_.size(), 0);
   allocate();  // kClosedPage
   closed_[kClosedPage] = occupied_[kClosedPage] = world::kAllMask;
   around_[kClosedPage].fill(kClosedPage);
@@ -115,7 +116,7 @@ void Cells::read(PageId p, const world::LeafBlocks& leaf) {
     if (content == Content::grain) grain = world::kAllMask, kind = leaf.uniform;
     if (content == Content::closed) closed = world::kAllMask;
     rich = content == Content::liquid || content == Content::gas;
-    if (content == Content::liquid) met_liquid_ = true;
+    if (rich) meet(leaf.uniform, content);
   } else {
     for (int i = 0; i < world::kLeafVoxels; ++i) {
       const BlockId id = leaf.values[i];
@@ -131,9 +132,8 @@ void Cells::read(PageId p, const world::LeafBlocks& leaf) {
           kind = id;
           break;
         case Content::liquid:
-          met_liquid_ = true;
-          [[fallthrough]];
         case Content::gas:
+          meet(id, traits_[id].content);
           rich = true;
           break;
       }
@@ -253,8 +253,10 @@ void Cells::put(PageId p, int index, const Cell& cell) {
     if (tag.kind == kNoKind) tag.kind = cell.block;
     tag.rich |= tag.kind != cell.block;
   }
-  tag.rich |= content == Content::liquid || content == Content::gas;
-  if (content == Content::liquid) met_liquid_ = true;
+  if (content == Content::liquid || content == Content::gas) {
+    tag.rich = true;
+    meet(cell.block, content);
+  }
   if (tag.rich || (content == Content::grain && cell.block != met_kind_)) met_rich_ = true;
   if (amounts_[p] || (cell.amount != 0 && cell.amount != kFullVoxel)) amounts(p)[i] = cell.amount;
   if (heats_[p] || cell.heat != 0) heats(p)[i] = cell.heat;
@@ -295,6 +297,7 @@ bool Cells::settled() const {
 
 void Cells::follow_edits() {
   traits_.follow();
+  met_.resize(traits_.size(), 0);
   for (const LeafPos& l : store_.take_dirty(subscriber_)) {
     PageId p = find(l);
     if (p == kClosedPage) {
@@ -312,6 +315,7 @@ void Cells::follow_edits() {
 
 void Cells::wake_all() {
   traits_.follow();
+  met_.resize(traits_.size(), 0);
   const auto moves = [&](const world::LeafBlocks& leaf) {
     const auto may = [&](BlockId id) {
       const Content c = traits_[id].content;
@@ -381,7 +385,41 @@ void Cells::close_idle() {
   std::vector<uint8_t> is_free(pos_.size(), 0);
   for (const PageId p : free_) is_free[p] = 1;
   for (PageId p = 1; p < pos_.size(); ++p)
-    if (!needed[p] && !is_free[p]) release(p);
+    if (!needed[p] && !is_free[p] && !amounts_[p] && !heats_[p]) release(p);
+}
+
+world::BlockId Cells::block_at(VoxelPos v) const {
+  const PageId p = find(world::leaf_from_voxel(v));
+  return p == kClosedPage ? store_.get(v) : block(p, world::index_in_leaf(v));
+}
+
+int Cells::amount_at(VoxelPos v) const {
+  const PageId p = find(world::leaf_from_voxel(v));
+  return p == kClosedPage ? kFullVoxel : amount(p, world::index_in_leaf(v));
+}
+
+int64_t Cells::excess(BlockId fluid) const {
+  int64_t sum = 0;
+  for (PageId p = 1; p < pos_.size(); ++p)
+    if (amounts_[p])
+      for (size_t i = 0; i < world::kLeafVoxels; ++i)
+        if ((*blocks_[p])[i] == fluid) sum += (*amounts_[p])[i] - kFullVoxel;
+  return sum;
+}
+
+uint64_t Cells::amounts_hash() const {
+  uint64_t sum = 0;  // of a hash a voxel: the order of pages doesn't matter
+  for (PageId p = 1; p < pos_.size(); ++p) {
+    if (!amounts_[p] && !heats_[p]) continue;
+    const VoxelPos low = world::voxel_from_leaf(pos_[p]);
+    for (int i = 0; i < world::kLeafVoxels; ++i) {
+      const Cell c = cell(p, i);
+      const VoxelPos v = low + world::offset_in_leaf(i);
+      if (is_fluid(c.block) && c.amount != kFullVoxel) sum += world::random_bits(c.amount, v.x, v.y, v.z);
+      if (c.heat != 0) sum += world::random_bits(static_cast<uint64_t>(int64_t{c.heat}), v.x, v.y, v.z, 0, 1);
+    }
+  }
+  return sum;
 }
 
 size_t Cells::bytes() const {

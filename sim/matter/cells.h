@@ -102,6 +102,7 @@ class Cells {
   const world::LeafMask* closed() const { return closed_.data(); }
   /// grain | closed.
   world::LeafMask* occupied() { return occupied_.data(); }
+  const world::LeafMask& occupied_mask(PageId p) const { return occupied_[p]; }
   const MatterTraits& traits() const { return traits_; }
   /// A page at a glance: the kind of its grains where it is plain, and two flags.
   struct Tag {
@@ -112,7 +113,9 @@ class Cells {
   world::BlockId kind(PageId p) const { return tag_[p].kind; }
   void set_kind(PageId p, world::BlockId kind) { tag_[p].kind = kind; }
   bool is_rich(PageId p) const { return tag_[p].rich; }
-  /// Whether any page so far held a liquid; and whether all were plain, with grains of one kind, which that is.
+  /// Whether a page so far held this block, if it is a liquid or gas; whether one held a liquid; and whether all were
+  /// plain, with grains of one kind, which that is.
+  bool met(world::BlockId id) const { return id < met_.size() && met_[id]; }
   bool met_liquid() const { return met_liquid_; }
   bool met_one_kind(world::BlockId& kind) const {
     kind = met_kind_;
@@ -167,6 +170,13 @@ class Cells {
   size_t flush();
   /// Closes pages that no rule will look at; flush() first.
   void close_idle();
+  // ---- for reports: slow ----
+  world::BlockId block_at(world::VoxelPos v) const;
+  int amount_at(world::VoxelPos v) const;  // of a fluid's voxel
+  /// The sum of what voxels of this fluid hold above or below a full one.
+  int64_t excess(world::BlockId fluid) const;
+  /// Of amounts that are not those of full voxels, and of heat; whatever the pages.
+  uint64_t amounts_hash() const;
   size_t bytes() const;
 
  private:
@@ -200,6 +210,11 @@ class Cells {
   std::vector<std::unique_ptr<Heats>> heats_;
   std::vector<PageId> free_;
   std::vector<AwakeSet> awake_;
+  void meet(world::BlockId id, Content content) {
+    std::atomic_ref<uint8_t>(met_[id]).store(1, std::memory_order_relaxed);
+    if (content == Content::liquid) met_liquid_.store(true, std::memory_order_relaxed);
+  }
+  std::vector<uint8_t> met_;  // by block: fluids
   std::atomic<bool> met_liquid_{false}, met_rich_{false};
   world::BlockId met_kind_ = kNoKind;
 };

@@ -21,15 +21,9 @@
 #include <span>
 
 #include "sim/matter/cells.h"
+#include "sim/matter/sides.h"
 
 namespace sim {
-
-/// The sides that grains slide to, in the order round the vertical.
-inline constexpr int kSides = 4;
-inline constexpr world::VoxelPos kSideStep[kSides] = {{1, 0, 0}, {0, 0, 1}, {-1, 0, 0}, {0, 0, -1}};
-inline constexpr world::Face kSideFace[kSides] = {world::kFacePosX, world::kFacePosZ, world::kFaceNegX,
-                                                  world::kFaceNegZ};
-constexpr int opposite_side(int side) { return side ^ 2; }
 
 /// What is decided in a tick, by page. Masks are valid where the number beside them is the tick's plus 1.
 struct GranularPage {

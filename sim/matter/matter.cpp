@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "world/base/errors.h"
+#include "world/base/random.h"
 
 namespace sim {
 
@@ -102,6 +103,10 @@ StepReport Matter::step() {
   return report;
 }
 
+void Matter::wake_all() {
+  if (cells_) cells_->wake_all();
+}
+
 bool Matter::settled() const { return !cells_ || cells_->settled(); }
 
 size_t Matter::awake_leaves() const {
@@ -119,7 +124,23 @@ void Matter::flush() {
 
 uint64_t Matter::state_hash() {
   flush();
-  return world_.store.content_hash();
+  return world::hash_combine(world_.store.content_hash(), cells_ ? cells_->amounts_hash() : 0);
+}
+
+int64_t Matter::amount(world::BlockId block) {
+  flush();
+  const world::Census census = world_.store.census();
+  const auto found = census.find(block);
+  const int64_t voxels = found == census.end() ? 0 : static_cast<int64_t>(found->second);
+  return voxels * kFullVoxel + (cells_ ? cells_->excess(block) : 0);
+}
+
+int Matter::amount_at(world::VoxelPos v) const {
+  const world::BlockId block = cells_ ? cells_->block_at(v) : world_.store.get(v);
+  if (block == world::kAir) return 0;
+  const world::Phase phase = (*world_.palette)[block].phase;
+  if (phase != world::Phase::liquid && phase != world::Phase::gas) return 0;
+  return cells_ ? cells_->amount_at(v) : kFullVoxel;
 }
 
 std::vector<EffectReport> Matter::effects() const {

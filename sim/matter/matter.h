@@ -41,6 +41,8 @@ class Matter {
 
   /// One tick. Edits of the store since the last one are taken in first.
   StepReport step();
+  /// Looks at all that may move in the next tick: changes nothing of what happens.
+  void wake_all();
   /// Whether nothing is awake: a step would visit no leaf.
   bool settled() const;
   size_t awake_leaves() const;
@@ -49,6 +51,10 @@ class Matter {
   void flush();
   /// Of the world's blocks after flush().
   uint64_t state_hash();
+  /// How much of a block there is: amounts of a liquid or gas, kFullVoxel for each voxel of another. After flush().
+  int64_t amount(world::BlockId block);
+  /// How much liquid or gas a voxel holds, 0 to about kFullVoxel.
+  int amount_at(world::VoxelPos v) const;
   /// Every rule, also those that were not called for.
   std::vector<EffectReport> effects() const;
   size_t bytes() const;

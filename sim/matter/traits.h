@@ -13,7 +13,8 @@ enum class Content : uint8_t { empty, closed, grain, liquid, gas };  // empty: a
 
 struct BlockTraits {
   Content content = Content::closed;
-  float density = 0;       // kg/m^3
+  float density = 0;  // kg/m^3
+  float viscosity_pa_s = 0.001f;
   uint32_t smooth_of = 0;  // of 65536 places, those where a grain of it rolls down a slope of one in two
   uint32_t steep_of = 0;   // those where it stands on a slope of two in one
 };
