@@ -103,6 +103,8 @@ PageId Cells::open(LeafPos l) {
   amounts_[p].reset();
   heats_[p].reset();
   read(p, store_.leaf(l));
+  read_amounts(p, world::Layer::liquid, Content::liquid);
+  read_amounts(p, world::Layer::gas, Content::gas);
   link(p);
   return p;
 }
@@ -145,8 +147,7 @@ void Cells::read(PageId p, const world::LeafBlocks& leaf) {
   tag_[p] = {kind, rich, rich};
   if (rich || (kind != kNoKind && met_kind_ != kNoKind && kind != met_kind_)) met_rich_ = true;
   if (kind != kNoKind) met_kind_ = kind;
-  if (rich || amounts_[p]) {
-    tag_[p].has_blocks = true;
+  if (rich) {
     if (!blocks_[p]) blocks_[p] = std::make_unique<Blocks>();
     for (int i = 0; i < world::kLeafVoxels; ++i) (*blocks_[p])[static_cast<size_t>(i)] = leaf[i];
   } else {
@@ -350,29 +351,70 @@ void Cells::reread(PageId p) {
   read(p, leaf);
 }
 
-size_t Cells::flush() {
-  world::EditBatch batch;
-  size_t leaves = 0;
-  Blocks values;
-  for_each_set(unsaved_, [&](PageId p) {
-    values_of(p, values);
-    const VoxelPos low = world::voxel_from_leaf(pos_[p]);
-    const world::LeafBlocks leaf = store_.leaf(pos_[p]);
-    for (int i = 0; i < world::kLeafVoxels; ++i)
-      if (const BlockId value = values[static_cast<size_t>(i)]; value != leaf[i])
-        batch.set(low + world::offset_in_leaf(i), value);
-    ++leaves;
-  });
-  if (leaves > 0) {
-    CHECK(store_.apply(batch).ok());
-    store_.take_dirty(subscriber_);  // our own
+/// What the layer says of the page's liquids, or of its gases.
+void Cells::read_amounts(PageId p, world::Layer layer, Content content) {
+  const world::IntLayer* values = store_.find_int_layer(layer);
+  if (!values || !tag_[p].rich) return;
+  std::array<int32_t, world::kLeafVoxels> amount;
+  LeafMask active;
+  if (!values->read_leaf(pos_[p], amount, active)) return;
+  for (int x = 0; x < 8; ++x)
+    for (uint64_t bits = active.word[x]; bits; bits &= bits - 1) {
+      const auto i = static_cast<size_t>(x * 64 + std::countr_zero(bits));
+      if (traits_[(*blocks_[p])[i]].content != content) continue;
+      amounts(p)[i] = static_cast<uint16_t>(std::clamp<int32_t>(amount[i], 1, 65535));
+    }
+}
+
+/// Voxels that aren't full; the layer goes where there is none.
+void Cells::write_amounts(std::span<const PageId> pages, world::Layer layer, Content content) {
+  const auto partial = [&](PageId p, LeafMask& active, std::array<int32_t, world::kLeafVoxels>& amount) {
+    active = {};
+    if (!amounts_[p]) return;
+    for (size_t i = 0; i < world::kLeafVoxels; ++i) {
+      amount[i] = (*amounts_[p])[i];
+      if (amount[i] != kFullVoxel && traits_[(*blocks_[p])[i]].content == content) active.set(static_cast<int>(i));
+    }
+  };
+  std::array<int32_t, world::kLeafVoxels> amount{};
+  LeafMask active;
+  for (const PageId p : pages) {
+    partial(p, active, amount);
+    if (active.is_none() && !store_.find_int_layer(layer)) continue;
+    store_.make_int_layer(layer).write_leaf(pos_[p], amount, active);
   }
+  const world::IntLayer* values = store_.find_int_layer(layer);
+  if (values && values->active_voxels() == 0) store_.drop_layer(layer);
+}
+
+size_t Cells::flush() {
+  std::vector<PageId> pages;
+  for_each_set(unsaved_, [&](PageId p) { pages.push_back(p); });
+  if (pages.empty()) return 0;
+  constexpr size_t kBatch = 1024;
+  std::vector<Blocks> values;
+  std::vector<world::LeafWrite> writes;
+  for (size_t begin = 0; begin < pages.size(); begin += kBatch) {
+    const size_t count = std::min(kBatch, pages.size() - begin);
+    values.resize(count);
+    writes.clear();
+    for (size_t n = 0; n < count; ++n) {
+      values_of(pages[begin + n], values[n]);
+      writes.push_back({pos_[pages[begin + n]], values[n].data()});
+    }
+    CHECK(store_.write_leaves(writes).ok());
+  }
+  store_.take_dirty(subscriber_);  // our own
+  write_amounts(pages, world::Layer::liquid, Content::liquid);
+  write_amounts(pages, world::Layer::gas, Content::gas);
   // The store knows all again: pages may be plain.
-  for_each_set(unsaved_, [&](PageId p) {
+  for (const PageId p : pages) {
     unsaved_[p] = 0;
-    if (blocks_[p]) read(p, store_.leaf(pos_[p]));
-  });
-  return leaves;
+    if (!blocks_[p]) continue;
+    read(p, store_.leaf(pos_[p]));
+    if (!tag_[p].rich) amounts_[p].reset();
+  }
+  return pages.size();
 }
 
 void Cells::close_idle() {
@@ -385,7 +427,7 @@ void Cells::close_idle() {
   std::vector<uint8_t> is_free(pos_.size(), 0);
   for (const PageId p : free_) is_free[p] = 1;
   for (PageId p = 1; p < pos_.size(); ++p)
-    if (!needed[p] && !is_free[p] && !amounts_[p] && !heats_[p]) release(p);
+    if (!needed[p] && !is_free[p] && !heats_[p]) release(p);
 }
 
 world::BlockId Cells::block_at(VoxelPos v) const {
@@ -395,31 +437,10 @@ world::BlockId Cells::block_at(VoxelPos v) const {
 
 int Cells::amount_at(VoxelPos v) const {
   const PageId p = find(world::leaf_from_voxel(v));
-  return p == kClosedPage ? kFullVoxel : amount(p, world::index_in_leaf(v));
-}
-
-int64_t Cells::excess(BlockId fluid) const {
-  int64_t sum = 0;
-  for (PageId p = 1; p < pos_.size(); ++p)
-    if (amounts_[p])
-      for (size_t i = 0; i < world::kLeafVoxels; ++i)
-        if ((*blocks_[p])[i] == fluid) sum += (*amounts_[p])[i] - kFullVoxel;
-  return sum;
-}
-
-uint64_t Cells::amounts_hash() const {
-  uint64_t sum = 0;  // of a hash a voxel: the order of pages doesn't matter
-  for (PageId p = 1; p < pos_.size(); ++p) {
-    if (!amounts_[p] && !heats_[p]) continue;
-    const VoxelPos low = world::voxel_from_leaf(pos_[p]);
-    for (int i = 0; i < world::kLeafVoxels; ++i) {
-      const Cell c = cell(p, i);
-      const VoxelPos v = low + world::offset_in_leaf(i);
-      if (is_fluid(c.block) && c.amount != kFullVoxel) sum += world::random_bits(c.amount, v.x, v.y, v.z);
-      if (c.heat != 0) sum += world::random_bits(static_cast<uint64_t>(int64_t{c.heat}), v.x, v.y, v.z, 0, 1);
-    }
-  }
-  return sum;
+  if (p != kClosedPage) return amount(p, world::index_in_leaf(v));
+  const bool liquid = traits_[store_.get(v)].content == Content::liquid;
+  const world::IntLayer* values = store_.find_int_layer(liquid ? world::Layer::liquid : world::Layer::gas);
+  return values && values->active(v) ? values->get(v) : kFullVoxel;
 }
 
 size_t Cells::bytes() const {

@@ -173,10 +173,6 @@ class Cells {
   // ---- for reports: slow ----
   world::BlockId block_at(world::VoxelPos v) const;
   int amount_at(world::VoxelPos v) const;  // of a fluid's voxel
-  /// The sum of what voxels of this fluid hold above or below a full one.
-  int64_t excess(world::BlockId fluid) const;
-  /// Of amounts that are not those of full voxels, and of heat; whatever the pages.
-  uint64_t amounts_hash() const;
   size_t bytes() const;
 
  private:
@@ -187,6 +183,8 @@ class Cells {
   PageId allocate();
   void read(PageId p, const world::LeafBlocks& leaf);
   void reread(PageId p);
+  void read_amounts(PageId p, world::Layer layer, Content content);
+  void write_amounts(std::span<const PageId> pages, world::Layer layer, Content content);
   void link(PageId p);
   void release(PageId p);
   void values_of(PageId p, std::span<world::BlockId, world::kLeafVoxels> into) const;

@@ -33,6 +33,22 @@ struct Matter::Running {
 
 namespace {
 
+/// Calls visit(block, voxel, value) for the active voxels of a layer of integers.
+template <class Visit>
+void for_each_active(const world::Store& store, world::Layer layer, Visit visit) {
+  const world::IntLayer* values = store.find_int_layer(layer);
+  if (!values) return;
+  std::array<int32_t, world::kLeafVoxels> value;
+  world::LeafMask active;
+  for (const world::LeafPos& l : values->leaves()) {
+    if (!values->read_leaf(l, value, active)) continue;
+    const world::LeafBlocks leaf = store.leaf(l);
+    for (int i = 0; i < world::kLeafVoxels; ++i)
+      if (active.test(i))
+        visit(leaf[i], world::voxel_from_leaf(l) + world::offset_in_leaf(i), value[static_cast<size_t>(i)]);
+  }
+}
+
 /// A world stands on the floor of its lowest region: what falls off its edge doesn't fall for ever.
 int32_t floor_of(const world::World& world) {
   int32_t lowest = INT32_MAX;
@@ -124,15 +140,31 @@ void Matter::flush() {
 
 uint64_t Matter::state_hash() {
   flush();
-  return world::hash_combine(world_.store.content_hash(), cells_ ? cells_->amounts_hash() : 0);
+  uint64_t layers = 0;  // a sum of hashes of voxels: in any order
+  for (const world::LayerRow& row : world::layer_rows()) {
+    if (!row.is_integer) continue;
+    const world::Layer layer = *world::layer_from_name(row.name);
+    for_each_active(world_.store, layer, [&](world::BlockId, world::VoxelPos v, int32_t value) {
+      layers += world::random_bits(static_cast<uint64_t>(int64_t{value}), v.x, v.y, v.z, static_cast<uint64_t>(layer));
+    });
+  }
+  return world::hash_combine(world_.store.content_hash(), layers);
+}
+
+std::map<world::BlockId, int64_t> Matter::amounts() {
+  flush();
+  std::map<world::BlockId, int64_t> all;
+  for (const auto& [block, voxels] : world_.store.census()) all[block] = static_cast<int64_t>(voxels) * kFullVoxel;
+  for (const world::Layer layer : {world::Layer::liquid, world::Layer::gas})
+    for_each_active(world_.store, layer,
+                    [&](world::BlockId block, world::VoxelPos, int32_t amount) { all[block] += amount - kFullVoxel; });
+  return all;
 }
 
 int64_t Matter::amount(world::BlockId block) {
-  flush();
-  const world::Census census = world_.store.census();
-  const auto found = census.find(block);
-  const int64_t voxels = found == census.end() ? 0 : static_cast<int64_t>(found->second);
-  return voxels * kFullVoxel + (cells_ ? cells_->excess(block) : 0);
+  const std::map<world::BlockId, int64_t> all = amounts();
+  const auto found = all.find(block);
+  return found == all.end() ? 0 : found->second;
 }
 
 int Matter::amount_at(world::VoxelPos v) const {
@@ -140,7 +172,10 @@ int Matter::amount_at(world::VoxelPos v) const {
   if (block == world::kAir) return 0;
   const world::Phase phase = (*world_.palette)[block].phase;
   if (phase != world::Phase::liquid && phase != world::Phase::gas) return 0;
-  return cells_ ? cells_->amount_at(v) : kFullVoxel;
+  if (cells_) return cells_->amount_at(v);
+  const world::IntLayer* values =
+      world_.store.find_int_layer(phase == world::Phase::liquid ? world::Layer::liquid : world::Layer::gas);
+  return values && values->active(v) ? values->get(v) : kFullVoxel;
 }
 
 std::vector<EffectReport> Matter::effects() const {

@@ -4,6 +4,7 @@
 /// not of the threads, the order of leaves, which leaves were awake beyond need, or how often it was written back.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -49,9 +50,10 @@ class Matter {
   uint64_t tick() const { return tick_; }
   /// Writes the state to the store, which lags behind it between.
   void flush();
-  /// Of the world's blocks after flush().
+  /// Of the world's blocks and layers, after flush(): the same for the same state, whatever led to it.
   uint64_t state_hash();
-  /// How much of a block there is: amounts of a liquid or gas, kFullVoxel for each voxel of another. After flush().
+  /// How much there is of each block that is there: amounts of a liquid or gas, kFullVoxel for each voxel of another.
+  std::map<world::BlockId, int64_t> amounts();
   int64_t amount(world::BlockId block);
   /// How much liquid or gas a voxel holds, 0 to about kFullVoxel.
   int amount_at(world::VoxelPos v) const;

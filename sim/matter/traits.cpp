@@ -19,7 +19,7 @@ BlockTraits traits_of(world::BlockId id, const world::Block& block) {
       traits.content = Content::liquid;
       break;
     case world::Phase::granular:
-      traits = repose_traits(35.0f);
+      traits = repose_traits(static_cast<float>(block.repose_deg));
       traits.content = Content::grain;
       break;
     case world::Phase::solid:
@@ -27,6 +27,7 @@ BlockTraits traits_of(world::BlockId id, const world::Block& block) {
       break;
   }
   traits.density = static_cast<float>(block.density.value);
+  traits.viscosity_pa_s = static_cast<float>(block.viscosity_pa_s);
   return traits;
 }
 
