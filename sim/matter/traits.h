@@ -33,8 +33,8 @@ class MatterTraits {
   std::vector<BlockTraits> traits_;
 };
 
-/// How often a grain rests by the milder and by the stricter of two slopes, so that heaps of it stand at an angle.
-/// repose_deg in [15, 70]; calibrated on heaps (tests/sim/matter/granular_test.cpp says how near they come).
+/// How often a grain rests by the milder and by the stricter criterion, so that heaps of it stand at an angle, within
+/// one voxel over a heap's radius. repose_deg from 29.4 to 67.6; what is beyond is taken for the nearest.
 BlockTraits repose_traits(float repose_deg);
 
 }  // namespace sim
