@@ -58,7 +58,7 @@ Cells::Cells(world::Store& store, uint64_t seed, size_t rules, int32_t floor_y)
       subscriber_(store.subscribe()),
       traits_(store.palette()),
       awake_(rules) {
-  met_.resize(traits_.size(), 0);
+  met_.resize(traits_.size(), 0), booked_.resize(traits_.size());
   allocate();  // kClosedPage
   closed_[kClosedPage] = occupied_[kClosedPage] = world::kAllMask;
   around_[kClosedPage].fill(kClosedPage);
@@ -294,16 +294,27 @@ bool Cells::settled() const {
   return std::all_of(awake_.begin(), awake_.end(), [](const AwakeSet& set) { return set.empty(); });
 }
 
+// ---- the books ---------------------------------------------------------------------------------------------------
+
+void Cells::book(BlockId block, int64_t amount) {
+  Booked& booked = booked_[block];
+  std::atomic_ref<int64_t>(amount > 0 ? booked.in : booked.out).fetch_add(std::abs(amount), std::memory_order_relaxed);
+}
+
+Cells::Booked Cells::booked(BlockId block) const { return block < booked_.size() ? booked_[block] : Booked{}; }
+
 // ---- the store ---------------------------------------------------------------------------------------------------
 
-void Cells::follow_edits() {
+bool Cells::follow_edits() {
   traits_.follow();
-  met_.resize(traits_.size(), 0);
-  for (const LeafPos& l : store_.take_dirty(subscriber_)) {
+  met_.resize(traits_.size(), 0), booked_.resize(traits_.size());
+  const std::vector<LeafPos> dirty = store_.take_dirty(subscriber_);
+  for (const LeafPos& l : dirty) {
     PageId p = find(l);
     if (p == kClosedPage) {
       if ((p = open(l)) == kClosedPage) continue;
     } else {
+      CHECK(!unsaved_[p]);  // else the edit was made to blocks that had moved on
       reread(p);
     }
     // What the edit replaced isn't known any more, so that all of the leaf counts as changed.
@@ -312,11 +323,12 @@ void Cells::follow_edits() {
     unsaved_[p] = 0;
   }
   spread();
+  return !dirty.empty();
 }
 
 void Cells::wake_all() {
   traits_.follow();
-  met_.resize(traits_.size(), 0);
+  met_.resize(traits_.size(), 0), booked_.resize(traits_.size());
   const auto moves = [&](const world::LeafBlocks& leaf) {
     const auto may = [&](BlockId id) {
       const Content c = traits_[id].content;

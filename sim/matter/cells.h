@@ -161,9 +161,19 @@ class Cells {
   void spread();
   bool settled() const;
 
+  // ---- the books ----
+  /// Says that a rule made (above 0) or took away so much of a block: amounts of a fluid, kFullVoxel for a voxel of
+  /// another. What only moves isn't booked. From several threads at once.
+  void book(world::BlockId block, int64_t amount);
+  struct Booked {
+    int64_t in = 0, out = 0;  // both >= 0
+  };
+  Booked booked(world::BlockId block) const;
+
   // ---- the store ----
-  /// Opens what others edited in the store, and wakes it.
-  void follow_edits();
+  /// Opens what others edited in the store, and wakes it. They edit after a flush(), before the next step.
+  /// Returns whether there were any.
+  bool follow_edits();
   /// Wakes all leaves in which something could move: at the start of a simulation.
   void wake_all();
   /// Writes changed pages to the store. Returns how many leaves.
@@ -212,7 +222,8 @@ class Cells {
     std::atomic_ref<uint8_t>(met_[id]).store(1, std::memory_order_relaxed);
     if (content == Content::liquid) met_liquid_.store(true, std::memory_order_relaxed);
   }
-  std::vector<uint8_t> met_;  // by block: fluids
+  std::vector<uint8_t> met_;    // by block: fluids
+  std::vector<Booked> booked_;  // by block
   std::atomic<bool> met_liquid_{false}, met_rich_{false};
   world::BlockId met_kind_ = kNoKind;
 };

@@ -59,8 +59,10 @@ int32_t floor_of(const world::World& world) {
 }  // namespace
 
 Matter::Matter(world::World& world, const MatterOptions& options)
-    : world_(world), options_(options), rules_(rule_rows().size()) {
+    : world_(world), options_(options), tick_(options.tick), rules_(rule_rows().size()) {
   call_rules();
+  start_ = amounts();
+  flushed_ = world_.store.census();
 }
 Matter::~Matter() = default;
 
@@ -91,11 +93,27 @@ void Matter::call_rules() {
   cells_->wake_all();
 }
 
+/// What others put in and took out, by the census: a voxel counts as full.
+void Matter::follow_edits() {
+  if (!cells_->follow_edits()) return;
+  const world::Census now = world_.store.census();
+  std::map<world::BlockId, int64_t> change;
+  for (const auto& [block, voxels] : now) change[block] += static_cast<int64_t>(voxels);
+  for (const auto& [block, voxels] : flushed_) change[block] -= static_cast<int64_t>(voxels);
+  for (const auto& [block, voxels] : change)
+    (voxels > 0 ? edited_[block].in : edited_[block].out) += std::abs(voxels) * kFullVoxel;
+  flushed_ = now;
+  call_rules();
+}
+
 StepReport Matter::step() {
   StepReport report;
   const Tick tick{tick_++, options_.seed};
-  if (!cells_) return report;
-  cells_->follow_edits();
+  if (!cells_) {
+    call_rules();
+    if (!cells_) return report;
+  }
+  follow_edits();
   for (size_t r = 0; r < rules_.size(); ++r) {
     Running& running = rules_[r];
     if (!running.rule) {
@@ -135,7 +153,7 @@ size_t Matter::awake_leaves() const {
 }
 
 void Matter::flush() {
-  if (cells_) cells_->flush();
+  if (cells_ && cells_->flush() > 0) flushed_ = world_.store.census();
 }
 
 uint64_t Matter::state_hash() {
@@ -165,6 +183,26 @@ int64_t Matter::amount(world::BlockId block) {
   const std::map<world::BlockId, int64_t> all = amounts();
   const auto found = all.find(block);
   return found == all.end() ? 0 : found->second;
+}
+
+std::vector<LedgerRow> Matter::ledger() {
+  const std::map<world::BlockId, int64_t> now = amounts();
+  std::map<world::BlockId, LedgerRow> rows;
+  for (const auto& [block, amount] : start_) rows[block].start = amount;
+  for (const auto& [block, amount] : now) rows[block].now = amount;
+  for (const auto& [block, booked] : edited_) rows[block].in += booked.in, rows[block].out += booked.out;
+  for (size_t id = 0; cells_ && id < world_.palette->size(); ++id) {
+    const auto block = static_cast<world::BlockId>(id);
+    const Cells::Booked booked = cells_->booked(block);
+    if (booked.in != 0 || booked.out != 0) rows[block].in += booked.in, rows[block].out += booked.out;
+  }
+  std::vector<LedgerRow> all;
+  for (auto& [block, row] : rows) {
+    row.substance = (*world_.palette)[block].name;
+    all.push_back(row);
+  }
+  std::sort(all.begin(), all.end(), [](const LedgerRow& a, const LedgerRow& b) { return a.substance < b.substance; });
+  return all;
 }
 
 int Matter::amount_at(world::VoxelPos v) const {

@@ -29,8 +29,17 @@ struct StepReport {
   uint64_t voxels_changed = 0;
 };
 
+/// One substance in the books: start + in - out = now, to the unit.
+struct LedgerRow {
+  std::string substance;
+  int64_t start = 0, now = 0;  // in units of 1/4096 m^3 at rest
+  int64_t in = 0, out = 0;     // what rules made and took away, and what edits put in and took out
+  bool exact() const { return start + in - out == now; }
+};
+
 struct MatterOptions {
   uint64_t seed = 1;
+  uint64_t tick = 0;                      // of the world: what was simulated before
   std::vector<std::string> effects = {};  // asked for beyond what the content calls for
 };
 
@@ -40,7 +49,7 @@ class Matter {
   Matter(world::World& world, const MatterOptions& options);
   ~Matter();
 
-  /// One tick. Edits of the store since the last one are taken in first.
+  /// One tick. Edits of the store since the last flush() are taken in first.
   StepReport step();
   /// Looks at all that may move in the next tick: changes nothing of what happens.
   void wake_all();
@@ -55,6 +64,8 @@ class Matter {
   /// How much there is of each block that is there: amounts of a liquid or gas, kFullVoxel for each voxel of another.
   std::map<world::BlockId, int64_t> amounts();
   int64_t amount(world::BlockId block);
+  /// Every substance that was there at the start, is there, or was made; sorted by name.
+  std::vector<LedgerRow> ledger();
   /// How much liquid or gas a voxel holds, 0 to about kFullVoxel.
   int amount_at(world::VoxelPos v) const;
   /// Every rule, also those that were not called for.
@@ -64,11 +75,15 @@ class Matter {
  private:
   struct Running;
   void call_rules();
+  void follow_edits();
   world::World& world_;
   MatterOptions options_;
-  uint64_t tick_ = 0;
+  uint64_t tick_;
   std::unique_ptr<Cells> cells_;
-  std::vector<Running> rules_;  // one a row of rule_rows()
+  std::map<world::BlockId, int64_t> start_;
+  world::Census flushed_;                           // of the store when it was last written
+  std::map<world::BlockId, Cells::Booked> edited_;  // by others
+  std::vector<Running> rules_;                      // one a row of rule_rows()
 };
 
 }  // namespace sim

@@ -1,0 +1,184 @@
+/// loam sim SCENE or WORLD: simulates without a picture, and says what moved, what it cost and whether the books agree.
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <iostream>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "sim/matter/matter.h"
+#include "tools/json_text.h"
+#include "tools/progress.h"
+#include "tools/verb.h"
+#include "world/base/jobs.h"
+#include "world/base/text.h"
+#include "world/scenes/scene.h"
+
+namespace tools {
+
+namespace {
+
+constexpr uint64_t kMostTicks = 1'000'000'000;
+constexpr const char* kTickKey = "simulated_ticks";  // in a world's metadata
+
+struct SimOptions {
+  std::string scene, save, until;
+  uint64_t ticks = 0, seed = 0;
+  int threads = 0;
+  bool json = false, has_seed = false, has_ticks = false;
+};
+
+/// While it lives, the first Ctrl-C only asks to stop after the tick.
+class StopAfterTick {
+ public:
+  StopAfterTick() {
+    asked_ = false;
+    std::signal(SIGINT, [](int) {
+      asked_ = true;
+      std::signal(SIGINT, SIG_DFL);
+    });
+  }
+  ~StopAfterTick() { std::signal(SIGINT, SIG_DFL); }
+  bool asked() const { return asked_; }
+
+ private:
+  static inline std::atomic<bool> asked_{false};
+};
+
+struct SimResult {
+  uint64_t ticks = 0;
+  double seconds = 0;
+  bool interrupted = false;
+};
+
+world::Status check_options(const SimOptions& options) {
+  if (!options.until.empty() && options.until != "settled")
+    return world::usage_error("--until takes settled, not \"" + options.until + "\"");
+  if (!options.has_ticks && options.until.empty())
+    return world::usage_error("say how long: --ticks N, or --until settled, or both");
+  if (options.ticks > kMostTicks)
+    return world::usage_error(fmt::format("--ticks takes up to {}, not {}", kMostTicks, options.ticks));
+  return {};
+}
+
+nlohmann::json sim_json(sim::Matter& matter, const SimResult& result) {
+  nlohmann::json j;
+  j["ticks"] = result.ticks;
+  j["tick"] = matter.tick();
+  j["hash"] = fmt::format("{:016x}", matter.state_hash());
+  j["ticks_per_s"] = result.seconds > 0 ? static_cast<double>(result.ticks) / result.seconds : 0.0;
+  j["ms"] = result.seconds * 1e3;
+  j["awake_leaves"] = matter.awake_leaves();
+  j["settled"] = matter.settled();
+  j["interrupted"] = result.interrupted;
+  j["bytes"] = matter.bytes();
+  j["ledger"] = nlohmann::json::object();
+  bool exact = true;
+  for (const sim::LedgerRow& row : matter.ledger()) {
+    j["ledger"][row.substance] = {{"start", row.start}, {"now", row.now}, {"in", row.in}, {"out", row.out}};
+    exact &= row.exact();
+  }
+  j["ledger_exact"] = exact;
+  j["effects"] = nlohmann::json::array();
+  for (const sim::EffectReport& effect : matter.effects())
+    j["effects"].push_back({{"name", effect.name},
+                            {"called_for", effect.called_for},
+                            {"why", effect.why},
+                            {"ms", effect.ms},
+                            {"leaves_visited", effect.leaves_visited},
+                            {"voxels_changed", effect.voxels_changed},
+                            {"bytes", effect.bytes}});
+  return j;
+}
+
+void print_sim(const nlohmann::json& j) {
+  std::printf("ticks         %s, %.1f a second%s\n", world::with_thousands(j["ticks"].get<uint64_t>()).c_str(),
+              j["ticks_per_s"].get<double>(),
+              j["interrupted"].get<bool>() ? "; stopped by Ctrl-C"
+              : j["settled"].get<bool>()   ? "; settled"
+                                           : "");
+  std::printf("awake         %s leaves, %s\n", world::with_thousands(j["awake_leaves"].get<uint64_t>()).c_str(),
+              world::bytes_text(j["bytes"].get<double>()).c_str());
+  std::printf("hash          %s\n", j["hash"].get<std::string>().c_str());
+  std::printf("\neffects                       ms        leaves        voxels  called for by\n");
+  for (const auto& effect : j["effects"])
+    std::printf("  %-18s %12.3f %13s %13s  %s\n", effect["name"].get<std::string>().c_str(), effect["ms"].get<double>(),
+                world::with_thousands(effect["leaves_visited"].get<uint64_t>()).c_str(),
+                world::with_thousands(effect["voxels_changed"].get<uint64_t>()).c_str(),
+                effect["called_for"].get<bool>() ? effect["why"].get<std::string>().c_str() : "nothing");
+  std::printf("\nledger, m3               start            in           out           now%s\n",
+              j["ledger_exact"].get<bool>() ? "   exact to 1/4096" : "   NOT BALANCED");
+  const auto m3 = [](const nlohmann::json& n) { return n.get<double>() / sim::kFullVoxel; };
+  for (const auto& [name, row] : j["ledger"].items())
+    std::printf("  %-18s %13.3f %13.3f %13.3f %13.3f\n", name.c_str(), m3(row["start"]), m3(row["in"]), m3(row["out"]),
+                m3(row["now"]));
+}
+
+world::Result<int> run_sim(const SimOptions& options) {
+  TRY_STATUS(check_options(options));
+  const world::ThreadLimit limit(options.threads);
+  TRY(const world::Scene scene, world::load_scene(options.scene));
+  world::ImportReport report;
+  TRY(world::World world, world::build_world(scene, report));
+  for (const std::string& warning : report.warnings) std::fprintf(stderr, "%s\n", warning.c_str());
+
+  sim::MatterOptions matter_options;
+  matter_options.seed = options.has_seed ? options.seed : world.simulation.seed;
+  matter_options.effects = world.simulation.effects;
+  if (const auto tick = world.metadata.find(kTickKey); tick != world.metadata.end())
+    matter_options.tick = std::strtoull(tick->second.c_str(), nullptr, 10);
+  sim::Matter matter(world, matter_options);
+
+  const uint64_t most = options.has_ticks ? options.ticks : kMostTicks;
+  SimResult result;
+  StopAfterTick stop;
+  Progress progress;
+  const auto start = std::chrono::steady_clock::now();
+  while (result.ticks < most && !(result.interrupted = stop.asked())) {
+    if (!options.until.empty() && matter.settled()) break;
+    matter.step();
+    ++result.ticks;
+    if (result.ticks % 64 == 0)
+      progress.stage(fmt::format("tick {}, {} leaves awake", matter.tick(), matter.awake_leaves()));
+  }
+  progress.stage("");
+  matter.flush();
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+
+  const nlohmann::json j = sim_json(matter, result);
+  if (!options.save.empty() || result.interrupted) {
+    const std::string path = options.save.empty() ? scene.name + "-checkpoint.loam" : options.save;
+    world.metadata[kTickKey] = std::to_string(matter.tick());
+    world.simulation.seed = matter_options.seed;
+    TRY_STATUS(world::write_world(world, path));
+    std::fprintf(stderr, "saved %s at tick %llu\n", path.c_str(), static_cast<unsigned long long>(matter.tick()));
+  }
+  if (options.json)
+    std::cout << json_text(j) << '\n';
+  else
+    print_sim(j);
+  return j["ledger_exact"].get<bool>() ? 0 : static_cast<int>(world::ErrorKind::unstable);
+}
+
+}  // namespace
+
+void add_sim_verb(Command& command) {
+  auto options = std::make_shared<SimOptions>();
+  CLI::App* verb = command.verb("sim", "simulate a world without pictures: ticks a second, books, effects, state hash");
+  verb->add_option("SCENE", options->scene, "a scene, a saved world, or any file that can be read")->required();
+  CLI::Option* ticks = verb->add_option("--ticks", options->ticks, "how many ticks of 1/20 s; the most, with --until");
+  verb->add_option("--until", options->until, "settled: stop when nothing moves any more");
+  verb->add_option("-t,--threads", options->threads, "threads (default: all)");
+  CLI::Option* seed = verb->add_option("--seed", options->seed, "of all that is random (default: the scene's)");
+  verb->add_option("--save", options->save, "write the world to this .loam file; `loam sim` goes on from it");
+  verb->add_flag("--json", options->json, "one JSON object on stdout");
+  command.action(verb, [options, ticks, seed]() -> world::Result<int> {
+    options->has_ticks = ticks->count() > 0;
+    options->has_seed = seed->count() > 0;
+    return run_sim(*options);
+  });
+}
+
+}  // namespace tools
