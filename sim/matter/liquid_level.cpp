@@ -17,7 +17,7 @@ using world::VoxelPos;
 namespace {
 
 constexpr int kTileLeaves = 16;
-constexpr int kMostGiven = kFullVoxel / 4;
+constexpr int kMostGiven = kFullVoxel / 2;
 constexpr int kMostOfVoxel = kFullVoxel / 4 * 3;
 
 size_t index_in_tile(LeafPos d) { return static_cast<size_t>((d.x * kTileLeaves + d.y) * kTileLeaves + d.z); }
