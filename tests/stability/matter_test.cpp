@@ -129,13 +129,13 @@ TEST(CM12, NothingFallsOutOfTheWorld) {
   World world(world::standard_blocks());
   const BlockId sand = named(world, "sand"), water = named(world, "water");
   fill(world, {{0, 100, 0}, {5, 105, 5}}, sand);
-  fill(world, {{40, 100, 0}, {45, 101, 5}}, water);
+  fill(world, {{40, 100, 0}, {41, 101, 1}}, water);
   Matter matter(world, {});
   int ticks = 0;
   while (!matter.settled() && ticks < 3000) matter.step(), ++ticks;
   EXPECT_TRUE(matter.settled());
   EXPECT_EQ(matter.amount(sand), 216 * kFullVoxel);
-  EXPECT_EQ(matter.amount(water), 72 * kFullVoxel);
+  EXPECT_EQ(matter.amount(water), 8 * kFullVoxel);
   EXPECT_EQ(world.store.bounds().min.y, 0) << "the floor of the lowest region";
 }
 

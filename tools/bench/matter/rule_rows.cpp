@@ -67,7 +67,9 @@ double visited_per_s(World& world, int ticks) {
 /// sides in a fixed order. Voxels of the box in a second.
 double dense_grains_per_s(int ticks) {
   constexpr int kX = 256, kY = 128, kZ = 256;
-  const auto at = [](int x, int y, int z) { return (static_cast<size_t>(x) * kY + static_cast<size_t>(y)) * kZ + static_cast<size_t>(z); };
+  const auto at = [](int x, int y, int z) {
+    return (static_cast<size_t>(x) * kY + static_cast<size_t>(y)) * kZ + static_cast<size_t>(z);
+  };
   std::vector<uint8_t> now(size_t{kX} * kY * kZ), next;
   for (int x = 0; x < kX; ++x)
     for (int y = 0; y < kY; ++y)
@@ -148,8 +150,9 @@ Result<Prepared> prepare_settled(BenchContext& context) {
                      return leaves == 0 ? seconds_since(start) / kTicks * 1e6 : std::nan("");
                    }};
   prepared.counters = [=] {
-    return std::map<std::string, double>{{"leaves_visited", static_cast<double>(settled->matter->step().leaves_visited)},
-                                         {"awake_leaves", static_cast<double>(settled->matter->awake_leaves())}};
+    return std::map<std::string, double>{
+        {"leaves_visited", static_cast<double>(settled->matter->step().leaves_visited)},
+        {"awake_leaves", static_cast<double>(settled->matter->awake_leaves())}};
   };
   return prepared;
 }
@@ -220,7 +223,9 @@ void add_rule_rows(Registry& registry) {
                 .threads = 2,
                 .repetitions = 5,
                 .reach = Reach{0.5, "the aim: ids move along with the bits"},
-                .prepare = [](BenchContext& c) { return prepare_grains(c, {"sand", "gravel"}); }});
+                .prepare = [](BenchContext& c) {
+                  return prepare_grains(c, {"sand", "gravel"});
+                }});
   registry.add({.name = "liquid",
                 .what = "looks at awake voxels of a tank of 128x64x128 in which a wall of water breaks: 60 ticks",
                 .unit = "G voxels/s",

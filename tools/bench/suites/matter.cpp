@@ -1,8 +1,12 @@
-/// What moves: bodies and particles. Each group of rows is a file in tools/bench/matter.
+/// What moves: grains, liquids, bodies and particles. Each group of rows is a file in tools/bench/matter.
 #include "tools/bench/matter/body_rows.h"
+#include "tools/bench/matter/rule_rows.h"
 
 namespace tools {
 
-void add_suite_matter(Registry& registry) { add_body_rows(registry); }
+void add_suite_matter(Registry& registry) {
+  add_rule_rows(registry);
+  add_body_rows(registry);
+}
 
 }  // namespace tools
