@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "world/base/random.h"
 
@@ -67,16 +68,24 @@ SideFlow FlowSideways(const LiquidView& view, const Spread& spread, uint64_t has
           for (int z = 0; z < 8; ++z) flow.side[d][at + z] = 0;
         continue;
       }
+      // kNoEntry is more than full too. Most liquids spread alike at any depth but the least.
+      if (spread.even) {
+        const uint16_t deep = spread.share[1], thin = spread.share[0];
+        for (int z = 0; z < 8; ++z) share[z] = below[z] >= kFullVoxel ? (a[z] >= 64 ? deep : thin) : uint16_t{0};
+      } else {
+        for (int z = 0; z < 8; ++z)
+          share[z] = below[z] >= kFullVoxel ? spread.share[std::min<size_t>(a[z] / 64u, kFullVoxel / 64)] : uint16_t{0};
+      }
       for (int z = 0; z < 8; ++z) {
-        // kNoEntry is more than full too.
-        share[z] = below[z] >= kFullVoxel ? spread.share[std::min<size_t>(a[z] / 64u, kFullVoxel / 64)] : uint16_t{0};
         uint16_t r =
             static_cast<uint16_t>(static_cast<uint16_t>(base + static_cast<uint16_t>(at + z)) * uint16_t{0x9e37});
         r = static_cast<uint16_t>((r ^ r >> 7) * twist);
         turn[z] = static_cast<uint16_t>(r >> 14);
-        last[z] = z > 0 ? own[z - 1] : view.side[3][x * 8 + y];
-        next[z] = z < 7 ? own[z + 1] : view.side[1][x * 8 + y];
       }
+      std::memcpy(last + 1, own, 7 * sizeof(uint16_t));
+      std::memcpy(next, own + 1, 7 * sizeof(uint16_t));
+      last[0] = view.side[3][x * 8 + y];
+      next[7] = view.side[1][x * 8 + y];
       const uint16_t* beside[kSides] = {x < 7 ? own + 64 : view.side[0] + y * 8, next,
                                         x > 0 ? own - 64 : view.side[2] + y * 8, last};
       for (int d = 0; d < kSides; ++d) {
@@ -95,6 +104,38 @@ bool HoldsBlock(const world::BlockId* blocks, world::BlockId block) {
     if (found) return true;
   }
   return false;
+}
+
+void MasksOf(const world::BlockId* blocks, const uint16_t* amounts, world::BlockId liquid, uint16_t most,
+             LiquidMasks& masks) {
+  namespace hn = hwy::HWY_NAMESPACE;
+  const hn::CappedTag<uint16_t, 8> d;
+  const size_t lanes = hn::Lanes(d);
+  const auto is = hn::Set(d, liquid), air = hn::Set(d, world::kAir);
+  const auto below_full = hn::Set(d, static_cast<uint16_t>(kFullVoxel - 1)),
+             below_most = hn::Set(d, static_cast<uint16_t>(most - 1));
+  world::LeafMask* out[4] = {&masks.full, &masks.part, &masks.most, &masks.air};
+  for (int w = 0; w < 8; ++w) {
+    uint64_t bits[4] = {};
+    for (size_t b = 0; b < 64; b += lanes) {
+      const size_t at = static_cast<size_t>(w) * 64 + b;
+      const auto id = hn::LoadU(d, blocks + at);
+      const auto liquid_here = hn::Eq(id, is);
+      const auto amount = amounts ? hn::LoadU(d, amounts + at) : hn::Set(d, static_cast<uint16_t>(kFullVoxel));
+      const auto full = hn::Gt(amount, below_full);
+      const auto part = hn::AndNot(hn::VecFromMask(d, full), hn::VecFromMask(d, liquid_here));
+      const auto of = [&](auto mask, size_t k) {
+        uint8_t byte[8] = {};
+        hn::StoreMaskBits(d, mask, byte);
+        bits[k] |= static_cast<uint64_t>(byte[0] & ((1u << lanes) - 1)) << b;
+      };
+      of(hn::MaskFromVec(hn::And(hn::VecFromMask(d, full), hn::VecFromMask(d, liquid_here))), 0);
+      of(hn::MaskFromVec(part), 1);
+      of(hn::MaskFromVec(hn::And(part, hn::VecFromMask(d, hn::Gt(amount, below_most)))), 2);
+      of(hn::Eq(id, air), 3);
+    }
+    for (size_t k = 0; k < 4; ++k) out[k]->word[w] = bits[k];
+  }
 }
 
 HWY_INLINE uint64_t changed_bits(const uint16_t* before, const uint16_t* after) {
@@ -151,12 +192,18 @@ namespace sim {
 HWY_EXPORT(FlowDown);
 HWY_EXPORT(FlowSideways);
 HWY_EXPORT(HoldsBlock);
+HWY_EXPORT(MasksOf);
 HWY_EXPORT(ApplyDown);
 HWY_EXPORT(ApplySideways);
 
 bool flow_down(const LiquidView& view, LiquidFlow& flow) { return HWY_DYNAMIC_DISPATCH(FlowDown)(view, flow); }
 bool holds_block(const world::BlockId* blocks, world::BlockId block) {
   return HWY_DYNAMIC_DISPATCH(HoldsBlock)(blocks, block);
+}
+LiquidMasks masks_of(const world::BlockId* blocks, const uint16_t* amounts, world::BlockId liquid, uint16_t most) {
+  LiquidMasks masks;
+  HWY_DYNAMIC_DISPATCH(MasksOf)(blocks, amounts, liquid, most, masks);
+  return masks;
 }
 SideFlow flow_sideways(const LiquidView& view, const Spread& spread, uint64_t hash, LiquidFlow& flow) {
   return HWY_DYNAMIC_DISPATCH(FlowSideways)(view, spread, hash, flow);
@@ -181,6 +228,8 @@ Spread spread_of(double density, double viscosity_pa_s, double tick_s, int film)
     spread.share[i] = static_cast<uint16_t>(std::clamp(diffusivity * tick_s, 1.0 / 65536, kMostShare) * 65536);
   }
   spread.film = static_cast<uint16_t>(film);
+  spread.even = std::all_of(spread.share.begin() + 1, spread.share.end(),
+                            [&](uint16_t share) { return share == spread.share[1]; });
   return spread;
 }
 

@@ -43,6 +43,7 @@ struct LiquidFlow {
 struct Spread {
   std::array<uint16_t, kFullVoxel / 64 + 1> share;
   uint16_t film = 0;  // a voxel with less wets no dry one
+  bool even = false;  // all shares but the first are equal
 };
 Spread spread_of(double density, double viscosity_pa_s, double tick_s, int film);
 
@@ -53,6 +54,12 @@ struct SideFlow {
   bool flows = false, restless = false;
 };
 SideFlow flow_sideways(const LiquidView& view, const Spread& spread, uint64_t hash, LiquidFlow& flow);
+/// Of 512 ids and amounts (null: all are full): voxels full of the liquid, with less, with at least `most` and less
+/// than full, and of air.
+struct LiquidMasks {
+  world::LeafMask full, part, most, air;
+};
+LiquidMasks masks_of(const world::BlockId* blocks, const uint16_t* amounts, world::BlockId liquid, uint16_t most);
 /// Whether any of 512 ids is that one.
 bool holds_block(const world::BlockId* blocks, world::BlockId block);
 

@@ -4,6 +4,7 @@
 #include <bit>
 #include <tuple>
 
+#include "sim/matter/liquid_kernel.h"
 #include "world/base/random.h"
 #include "world/store/leaf_shifts.h"
 
@@ -56,7 +57,6 @@ LeafMask grown(const LeafMask& start, const LeafMask& within) {
 }  // namespace
 
 void LiquidLevels::read(Cells& cells, BlockId liquid, Leaf& leaf) {
-  leaf.read = true;
   leaf.full = leaf.part = leaf.most = leaf.air = {};
   if (leaf.page == kClosedPage) return;
   const BlockId* blocks = cells.find_blocks(leaf.page);
@@ -64,26 +64,15 @@ void LiquidLevels::read(Cells& cells, BlockId liquid, Leaf& leaf) {
     leaf.air = without(world::kAllMask, cells.occupied_mask(leaf.page));
     return;
   }
-  const uint16_t* amounts = cells.find_amounts(leaf.page);
-  for (int x = 0; x < 8; ++x) {
-    uint64_t full = 0, part = 0, most = 0, air = 0;
-    for (int b = 0; b < 64; ++b) {
-      const int i = x * 64 + b;
-      const uint64_t is_liquid = blocks[i] == liquid;
-      const uint64_t is_full = !amounts || amounts[i] >= kFullVoxel;
-      full |= (is_liquid & is_full) << b;
-      part |= (is_liquid & ~is_full & 1) << b;
-      most |= (is_liquid & ~is_full & static_cast<uint64_t>(amounts && amounts[i] >= kMostOfVoxel)) << b;
-      air |= static_cast<uint64_t>(blocks[i] == world::kAir) << b;
-    }
-    leaf.full.word[x] = full, leaf.part.word[x] = part, leaf.most.word[x] = most, leaf.air.word[x] = air;
-  }
+  const LiquidMasks masks = masks_of(blocks, cells.find_amounts(leaf.page), liquid, kMostOfVoxel);
+  leaf.full = masks.full, leaf.part = masks.part, leaf.most = masks.most, leaf.air = masks.air;
 }
 
 /// A leaf of the tile whose lowest leaf is `low`, read on the first look.
 LiquidLevels::Leaf& LiquidLevels::leaf_at(Cells& cells, LeafPos low, LeafPos d) {
   Leaf& leaf = leaves_[index_in_tile(d)];
-  if (leaf.read) return leaf;
+  if (leaf.read == tile_) return leaf;
+  leaf.read = tile_;
   leaf.page = cells.open(low + d);
   read(cells, liquid_, leaf);
   leaf.conduit = {};
@@ -195,7 +184,7 @@ void LiquidLevels::find_tops(Cells& cells, LeafPos low, uint64_t round, uint64_t
       Leaf beyond;
       if (!(part & world::side_of(face)).is_none()) {
         const LeafPos next = d + LeafPos{step.x, step.y, step.z};
-        if (inside_tile(next) && leaves_[index_in_tile(next)].read) {
+        if (inside_tile(next) && leaves_[index_in_tile(next)].read == tile_) {
           beyond = leaves_[index_in_tile(next)];
         } else {
           beyond.page = cells.open(low + next);
@@ -232,7 +221,8 @@ LiquidLevels::Result LiquidLevels::level(Cells& cells, BlockId liquid, std::span
     const LeafPos tile = by_tile[begin].first;
     for (end = begin; end < by_tile.size() && by_tile[end].first == tile;) ++end;
     const LeafPos low{tile.x * kTileLeaves - shift, tile.y * kTileLeaves - shift, tile.z * kTileLeaves - shift};
-    leaves_.assign(size_t{kTileLeaves} * kTileLeaves * kTileLeaves, Leaf{});
+    leaves_.resize(size_t{kTileLeaves} * kTileLeaves * kTileLeaves);
+    ++tile_;
     for (size_t n = begin; n < end; ++n) {
       const LeafPos start = cells.pos(pages[by_tile[n].second]) - low;
       for (;;) {

@@ -44,7 +44,7 @@ class LiquidLevels {
   };
   struct Leaf {
     PageId page = kClosedPage;
-    bool read = false;
+    uint64_t read = 0;                      // the tile, counted, for which it was read
     world::LeafMask full, part, most, air;  // part: less than full; most: three quarters of it; air: and nothing else
     world::LeafMask conduit, left;          // part, and of a body; full or conduit, and of no body so far
   };
@@ -57,6 +57,7 @@ class LiquidLevels {
   std::vector<std::pair<size_t, world::LeafMask>> body_;  // index in leaves_, voxels
   std::vector<Top> tops_;
   world::BlockId liquid_ = world::kAir;
+  uint64_t tile_ = 0;
 };
 
 }  // namespace sim
