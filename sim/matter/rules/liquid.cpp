@@ -23,7 +23,7 @@ using world::LeafMask;
 constexpr size_t kGrain = 8;  // pages a task
 constexpr double kTickSeconds = 0.05;
 constexpr int kFilm = 64;  // 1.6 cm
-constexpr uint64_t kLevelTicks = 1;
+constexpr uint64_t kLevelTicks = 2;
 constexpr uint8_t kRoundsToRest = 2;
 
 /// What a page is to the liquid that flows now.
