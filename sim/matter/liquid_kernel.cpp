@@ -33,68 +33,68 @@ bool FlowDown(const LiquidView& view, LiquidFlow& flow) {
   return any != 0;
 }
 
-/// One side of eight voxels.
-HWY_INLINE uint16_t side_row(const uint16_t* a, const uint16_t* b, const uint16_t* share, const uint16_t* turn,
-                             uint16_t side, uint16_t film, uint16_t* out) {
-  uint16_t any = 0;
-  for (int z = 0; z < 8; ++z) {
-    // Of what fits, a quarter for each of the four sides from which more may come.
-    const uint16_t room = b[z] < kFullVoxel ? static_cast<uint16_t>((kFullVoxel - b[z]) / 4) : uint16_t{0};
-    const bool flows = room > 0 && b[z] < a[z] && a[z] - b[z] > 1 && (b[z] > 0 || a[z] >= film);
-    const uint32_t product = static_cast<uint32_t>(flows ? a[z] - b[z] : 0) * share[z];
-    const uint32_t up = turn[z] == side ? 0xffffu : 0u;  // share is 0 where the voxel isn't borne: then nothing flows
-    out[z] = std::min(static_cast<uint16_t>((product + (product ? up : 0)) >> 16), room);
-    any |= static_cast<uint16_t>(product != 0);
-  }
-  return any;
-}
+namespace hn = hwy::HWY_NAMESPACE;
+using Row = hn::CappedTag<uint16_t, 8>;  // eight voxels along z, or a part of them
 
 SideFlow FlowSideways(const LiquidView& view, const Spread& spread, uint64_t hash, LiquidFlow& flow) {
-  uint16_t any = 0, restless = 0;
-  const auto base = static_cast<uint16_t>(hash), twist = static_cast<uint16_t>(hash >> 16 | 1);
+  const Row d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const auto zero = hn::Zero(d), no_entry = hn::Set(d, kNoEntry), one = hn::Set(d, uint16_t{1});
+  const auto full = hn::Set(d, static_cast<uint16_t>(kFullVoxel)), film = hn::Set(d, spread.film);
+  const auto almost_full = hn::Set(d, static_cast<uint16_t>(kFullVoxel - 1));
+  const auto deep = hn::Set(d, spread.share[1]), thin = hn::Set(d, spread.share[0]);
+  const auto base = hn::Set(d, static_cast<uint16_t>(hash)), twist = hn::Set(d, static_cast<uint16_t>(hash >> 16 | 1));
+  auto any = zero, restless = zero;
   for (int x = 0; x < 8; ++x)
     for (int y = 0; y < 8; ++y) {
       const int at = x * 64 + y * 8;
       const uint16_t* own = view.own + at;
       const uint16_t* below = y > 0 ? own - 8 : view.below + x * 8;
-      alignas(16) uint16_t a[8], share[8], turn[8], last[8], next[8];
-      uint16_t some = 0;
-      for (int z = 0; z < 8; ++z) {
-        a[z] = own[z] == kNoEntry ? 0 : own[z];
-        some |= a[z];
-      }
-      if (!some) {
-        for (int d = 0; d < kSides; ++d)
-          for (int z = 0; z < 8; ++z) flow.side[d][at + z] = 0;
-        continue;
-      }
-      // kNoEntry is more than full too. Most liquids spread alike at any depth but the least.
-      if (spread.even) {
-        const uint16_t deep = spread.share[1], thin = spread.share[0];
-        for (int z = 0; z < 8; ++z) share[z] = below[z] >= kFullVoxel ? (a[z] >= 64 ? deep : thin) : uint16_t{0};
-      } else {
-        for (int z = 0; z < 8; ++z)
-          share[z] = below[z] >= kFullVoxel ? spread.share[std::min<size_t>(a[z] / 64u, kFullVoxel / 64)] : uint16_t{0};
-      }
-      for (int z = 0; z < 8; ++z) {
-        uint16_t r =
-            static_cast<uint16_t>(static_cast<uint16_t>(base + static_cast<uint16_t>(at + z)) * uint16_t{0x9e37});
-        r = static_cast<uint16_t>((r ^ r >> 7) * twist);
-        turn[z] = static_cast<uint16_t>(r >> 14);
-      }
-      std::memcpy(last + 1, own, 7 * sizeof(uint16_t));
-      std::memcpy(next, own + 1, 7 * sizeof(uint16_t));
-      last[0] = view.side[3][x * 8 + y];
-      next[7] = view.side[1][x * 8 + y];
-      const uint16_t* beside[kSides] = {x < 7 ? own + 64 : view.side[0] + y * 8, next,
-                                        x > 0 ? own - 64 : view.side[2] + y * 8, last};
-      for (int d = 0; d < kSides; ++d) {
-        uint16_t* out = flow.side[d] + at;
-        restless |= side_row(a, beside[d], share, turn, static_cast<uint16_t>(d), spread.film, out);
-        for (int z = 0; z < 8; ++z) any |= out[z];
+      const uint16_t* next_x = x < 7 ? own + 64 : view.side[0] + y * 8;
+      const uint16_t* last_x = x > 0 ? own - 64 : view.side[2] + y * 8;
+      uint16_t along_z[10];
+      along_z[0] = view.side[3][x * 8 + y];
+      std::memcpy(along_z + 1, own, 8 * sizeof(uint16_t));
+      along_z[9] = view.side[1][x * 8 + y];
+      const uint16_t* beside[kSides] = {next_x, along_z + 2, last_x, along_z};
+      for (int z = 0; z < 8; z += lanes) {
+        const auto here = hn::LoadU(d, own + z);
+        const auto a = hn::IfThenZeroElse(hn::Eq(here, no_entry), here);
+        const auto borne = hn::Gt(hn::LoadU(d, below + z), almost_full);  // kNoEntry is more than full too
+        // Most liquids spread alike at any depth but the least.
+        auto share = hn::IfThenElse(hn::Gt(a, hn::Set(d, uint16_t{63})), deep, thin);
+        if (!spread.even) {
+          uint16_t by_depth[8];
+          for (int i = 0; i < lanes; ++i) {
+            const uint16_t amount = own[z + i] == kNoEntry ? uint16_t{0} : own[z + i];
+            by_depth[i] = spread.share[std::min<size_t>(amount / 64u, kFullVoxel / 64)];
+          }
+          share = hn::LoadU(d, by_depth);
+        }
+        share = hn::IfThenElseZero(borne, share);
+        // The side whose turn it is, from two bits of a hash.
+        auto r = hn::Mul(hn::Add(base, hn::Iota(d, static_cast<uint16_t>(at + z))), hn::Set(d, uint16_t{0x9e37}));
+        r = hn::ShiftRight<14>(hn::Mul(hn::Xor(r, hn::ShiftRight<7>(r)), twist));
+        const auto wets = hn::Gt(hn::Add(a, one), film);  // enough to wet what is dry
+        for (int side = 0; side < kSides; ++side) {
+          const auto b = hn::LoadU(d, beside[side] + z);
+          // Of what fits, a quarter for each of the four sides from which more may come.
+          const auto room = hn::ShiftRight<2>(hn::SaturatedSub(full, b));
+          auto more = hn::SaturatedSub(a, b);
+          more = hn::IfThenZeroElse(hn::Eq(more, one), more);  // level
+          more = hn::IfThenZeroElse(hn::Eq(room, zero), more);
+          more = hn::IfThenElse(hn::Eq(b, zero), hn::IfThenElseZero(wets, more), more);
+          const auto high = hn::MulHigh(more, share), low = hn::Mul(more, share);
+          const auto up = hn::IfThenElseZero(hn::Eq(r, hn::Set(d, static_cast<uint16_t>(side))),
+                                             hn::IfThenZeroElse(hn::Eq(low, zero), one));
+          const auto out = hn::Min(hn::Add(high, up), room);
+          hn::StoreU(out, d, flow.side[side] + at + z);
+          any = hn::Or(any, out);
+          restless = hn::Or(restless, hn::Or(high, low));
+        }
       }
     }
-  return {any != 0, restless != 0};
+  return {!hn::AllTrue(d, hn::Eq(any, zero)), !hn::AllTrue(d, hn::Eq(restless, zero))};
 }
 
 bool HoldsBlock(const world::BlockId* blocks, world::BlockId block) {
@@ -108,8 +108,7 @@ bool HoldsBlock(const world::BlockId* blocks, world::BlockId block) {
 
 void MasksOf(const world::BlockId* blocks, const uint16_t* amounts, world::BlockId liquid, uint16_t most,
              LiquidMasks& masks) {
-  namespace hn = hwy::HWY_NAMESPACE;
-  const hn::CappedTag<uint16_t, 8> d;
+  const Row d;
   const size_t lanes = hn::Lanes(d);
   const auto is = hn::Set(d, liquid), air = hn::Set(d, world::kAir);
   const auto below_full = hn::Set(d, static_cast<uint16_t>(kFullVoxel - 1)),
