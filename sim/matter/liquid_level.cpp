@@ -44,6 +44,7 @@ LeafMask without(const LeafMask& a, const LeafMask& b) {
 /// All of `within` that touches `mask` through it.
 LeafMask grown(const LeafMask& start, const LeafMask& within) {
   LeafMask mask = start;
+  if (!mask.is_none() && within.is_all()) return within;
   for (;;) {
     LeafMask more = mask;
     for (int face = 0; face < world::kFaces; ++face) more = more | world::across(mask, world::kNoneMask, face);
@@ -73,6 +74,7 @@ LiquidLevels::Leaf& LiquidLevels::leaf_at(Cells& cells, LeafPos low, LeafPos d) 
   Leaf& leaf = leaves_[index_in_tile(d)];
   if (leaf.read == tile_) return leaf;
   leaf.read = tile_;
+  leaf.moved = false;
   leaf.page = cells.open(low + d);
   read(cells, liquid_, leaf);
   leaf.conduit = {};
@@ -151,9 +153,12 @@ bool LiquidLevels::level_body(Cells& cells, BlockId liquid, uint64_t& changed) {
   return any;
 }
 
-/// Where the body ends upwards and sideways, each voxel once.
+/// Where the body in hand ends upwards and sideways, each voxel once.
 void LiquidLevels::find_tops(Cells& cells, LeafPos low, uint64_t round, uint64_t seed) {
   tops_.clear();
+  beside_.clear();
+  Leaf outside;
+  const Leaf nothing;
   constexpr world::Face kOpen[] = {world::kFacePosY, world::kFaceNegX, world::kFacePosX, world::kFaceNegZ,
                                    world::kFacePosZ};
   const auto add = [&](VoxelPos v, bool is_air, bool beside) {
@@ -164,45 +169,59 @@ void LiquidLevels::find_tops(Cells& cells, LeafPos low, uint64_t round, uint64_t
     top.beside = beside;
     top.amount = is_air ? 0 : cells.amount(cells.find(world::leaf_from_voxel(v)), world::index_in_leaf(v));
     top.order = world::random_bits(seed, v.x, v.y, v.z, round, 5);
-    tops_.push_back(top);
+    (beside ? beside_ : tops_).push_back(top);
   };
   const auto each = [](const LeafMask& mask, auto visit) {
     for (int x = 0; x < 8; ++x)
       for (uint64_t bits = mask.word[x]; bits; bits &= bits - 1)
         visit(world::offset_in_leaf(x * 64 + std::countr_zero(bits)));
   };
-  for (const auto& [index, voxels] : body_) {
+  const auto is_body = [&](VoxelPos v) {
+    const LeafPos d = world::leaf_from_voxel(v) - low;
+    if (!inside_tile(d)) return false;
+    const Leaf& leaf = leaves_[index_in_tile(d)];
+    return leaf.read == tile_ && leaf.in_body == number_ && leaf.body.test(v) && leaf.full.test(v);
+  };
+  for (const size_t index : body_) {
     const LeafPos d{static_cast<int32_t>(index / 256), static_cast<int32_t>(index / 16 % 16),
                     static_cast<int32_t>(index % 16)};
     const Leaf& leaf = leaves_[index];
     const VoxelPos corner = world::voxel_from_leaf(low + d);
-    each(voxels & leaf.conduit, [&](VoxelPos o) { add(corner + o, false, true); });
-    const LeafMask part = voxels & leaf.full;
+    each(leaf.body & leaf.conduit, [&](VoxelPos o) {
+      if (!is_body(corner + o - VoxelPos{0, 1, 0})) add(corner + o, false, true);
+    });
+    const LeafMask part = leaf.body & leaf.full;
     for (const world::Face face : kOpen) {
       const VoxelPos step = world::face_step(face);
       // Voxels of the body beside which the surface may lie, which may be in the next leaf, or of another tile.
-      Leaf beyond;
+      const Leaf* beyond = &nothing;
       if (!(part & world::side_of(face)).is_none()) {
         const LeafPos next = d + LeafPos{step.x, step.y, step.z};
         if (inside_tile(next) && leaves_[index_in_tile(next)].read == tile_) {
-          beyond = leaves_[index_in_tile(next)];
+          beyond = &leaves_[index_in_tile(next)];
         } else {
-          beyond.page = cells.open(low + next);
-          read(cells, liquid_, beyond);
+          outside.page = cells.open(low + next);
+          read(cells, liquid_, outside);
+          beyond = &outside;
         }
       }
       for (const bool is_air : {true, false}) {
         const LeafMask there =
-            is_air ? world::across(leaf.air, beyond.air, face) : world::across(leaf.part, beyond.part, face);
-        each(part & there, [&](VoxelPos o) { add(corner + o + step, is_air, face != world::kFacePosY); });
+            is_air ? world::across(leaf.air, beyond->air, face) : world::across(leaf.part, beyond->part, face);
+        each(part & there, [&](VoxelPos o) {
+          const VoxelPos v = corner + o + step;
+          // What lies above one voxel of the body and beside another is above it.
+          if (face != world::kFacePosY && is_body(v - VoxelPos{0, 1, 0})) return;
+          add(v, is_air, face != world::kFacePosY);
+        });
       }
     }
   }
-  // A voxel that lies above one of the body and beside another is above it.
-  std::sort(tops_.begin(), tops_.end(),
-            [](const Top& a, const Top& b) { return std::tie(a.v, a.beside) < std::tie(b.v, b.beside); });
-  tops_.erase(std::unique(tops_.begin(), tops_.end(), [](const Top& a, const Top& b) { return a.v == b.v; }),
-              tops_.end());
+  // Conduits and what lies beside two voxels of the body come twice.
+  std::sort(beside_.begin(), beside_.end(), [](const Top& a, const Top& b) { return a.v < b.v; });
+  beside_.erase(std::unique(beside_.begin(), beside_.end(), [](const Top& a, const Top& b) { return a.v == b.v; }),
+                beside_.end());
+  tops_.insert(tops_.end(), beside_.begin(), beside_.end());
 }
 
 LiquidLevels::Result LiquidLevels::level(Cells& cells, BlockId liquid, std::span<const PageId> pages, uint64_t round,
@@ -236,6 +255,7 @@ LiquidLevels::Result LiquidLevels::level(Cells& cells, BlockId liquid, std::span
           seed_mask.word[x] = left.word[x] & -left.word[x];
         }
         body_.clear();
+        ++number_;
         work.assign(1, {index_in_tile(start), seed_mask});
         while (!work.empty()) {
           const auto [index, reached] = work.back();
@@ -244,7 +264,12 @@ LiquidLevels::Result LiquidLevels::level(Cells& cells, BlockId liquid, std::span
           const LeafMask fresh = grown(reached & leaf.left, leaf.left);
           if (fresh.is_none()) continue;
           leaf.left = without(leaf.left, fresh);
-          body_.emplace_back(index, fresh);
+          if (leaf.in_body != number_) {
+            leaf.in_body = number_;
+            leaf.body = {};
+            body_.push_back(index);
+          }
+          leaf.body = leaf.body | fresh;
           const LeafPos d{static_cast<int32_t>(index / 256), static_cast<int32_t>(index / 16 % 16),
                           static_cast<int32_t>(index % 16)};
           for (int face = 0; face < world::kFaces; ++face) {
@@ -259,13 +284,13 @@ LiquidLevels::Result LiquidLevels::level(Cells& cells, BlockId liquid, std::span
         }
         find_tops(cells, low, round, seed);
         if (!level_body(cells, liquid, result.voxels_changed)) continue;
-        // Pages that hold a part of it go on being watched.
-        for (size_t m = begin; m < end; ++m) {
-          const size_t at = index_in_tile(cells.pos(pages[by_tile[m].second]) - low);
-          for (const auto& [index, part] : body_)
-            if (index == at) result.moved[by_tile[m].second] = 1;
-        }
+        for (const size_t index : body_) leaves_[index].moved = true;
       }
+    }
+    // Pages that hold a part of such a body go on being watched.
+    for (size_t n = begin; n < end; ++n) {
+      const Leaf& leaf = leaves_[index_in_tile(cells.pos(pages[by_tile[n].second]) - low)];
+      result.moved[by_tile[n].second] = leaf.read == tile_ && leaf.moved;
     }
   }
   return result;

@@ -47,17 +47,20 @@ class LiquidLevels {
     uint64_t read = 0;                      // the tile, counted, for which it was read
     world::LeafMask full, part, most, air;  // part: less than full; most: three quarters of it; air: and nothing else
     world::LeafMask conduit, left;          // part, and of a body; full or conduit, and of no body so far
+    world::LeafMask body;                   // of the body in hand, where in_body is its number
+    uint64_t in_body = 0;
+    bool moved = false;  // something moved in a body that has a part of it
   };
   void read(Cells& cells, world::BlockId liquid, Leaf& leaf);
   Leaf& leaf_at(Cells& cells, world::LeafPos low, world::LeafPos d);
   void find_tops(Cells& cells, world::LeafPos low, uint64_t round, uint64_t seed);
   bool level_body(Cells& cells, world::BlockId liquid, uint64_t& changed);
 
-  std::vector<Leaf> leaves_;                              // of a tile, 16^3
-  std::vector<std::pair<size_t, world::LeafMask>> body_;  // index in leaves_, voxels
-  std::vector<Top> tops_;
+  std::vector<Leaf> leaves_;  // of a tile, 16^3
+  std::vector<size_t> body_;  // indices in leaves_
+  std::vector<Top> tops_, beside_;
   world::BlockId liquid_ = world::kAir;
-  uint64_t tile_ = 0;
+  uint64_t tile_ = 0, number_ = 0;  // of the tile and the body in hand
 };
 
 }  // namespace sim
