@@ -69,6 +69,29 @@ std::string toml_text(std::string_view text) {
   return quoted + '"';
 }
 
+std::string one_line(std::string_view text) {
+  std::string line;
+  for (size_t i = 0; i < text.size(); ++i) {
+    auto point = static_cast<uint8_t>(text[i]);
+    const auto next = static_cast<uint8_t>(i + 1 < text.size() ? text[i + 1] : 0);
+    // U+0080 to U+009F are controls too, of two bytes.
+    if (point == 0xc2 && next >= 0x80 && next < 0xa0)
+      point = next, ++i;
+    else if (point >= 0x20 && point != 0x7f) {
+      line += text[i];
+      continue;
+    }
+    if (point == '\n' || point == '\r' || point == '\t') {
+      line += point == '\n' ? "\\n" : point == '\r' ? "\\r" : "\\t";
+      continue;
+    }
+    char escaped[8];
+    std::snprintf(escaped, sizeof escaped, "\\u%04X", point);
+    line += escaped;
+  }
+  return line;
+}
+
 std::string with_thousands(unsigned long long n) {
   std::string digits = std::to_string(n);
   for (int i = static_cast<int>(digits.size()) - 3; i > 0; i -= 3) digits.insert(static_cast<size_t>(i), 1, ',');

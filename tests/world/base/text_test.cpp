@@ -44,6 +44,14 @@ TEST(Text, BytesHaveABinaryUnit) {
   EXPECT_EQ(bytes_text(5000.0 * (1ull << 40)), "5000.0 TiB");
 }
 
+TEST(Text, AMessageStaysOnOneLineWhateverItQuotes) {
+  EXPECT_EQ(one_line("a\nb\r\n\tc"), "a\\nb\\r\\n\\tc");
+  EXPECT_EQ(one_line(std::string_view("\0\x1b[2J\x7f", 6)), "\\u0000\\u001B[2J\\u007F");
+  EXPECT_EQ(one_line("\xc2\x85\xc2\x9f"), "\\u0085\\u009F");  // of eight bits
+  EXPECT_EQ(one_line("30 \xc2\xb5m, \xe2\x82\xac, \xc2"), "30 \xc2\xb5m, \xe2\x82\xac, \xc2");
+  EXPECT_EQ(one_line(""), "");
+}
+
 TEST(Text, AnyTextIsReadBackFromToml) {
   const auto there_and_back = [](const std::string& text) {
     auto document = TomlDocument::parse("key = " + toml_text(text), "text");

@@ -54,6 +54,41 @@ TEST(TomlReader, ANumberThatDoesNotFitItsFieldIsAnError) {
             "lamp.toml:3:9: 'count' is 2147483648, but must be in [-2147483648, 2147483647]");
 }
 
+TEST(TomlReader, WhatAMessageQuotesOfTheFileStaysOnItsLine) {
+  EXPECT_EQ(lamp_error("a = fal\nb = 1\n"),
+            "lamp.toml:1:8: Error while parsing boolean: expected 'false', saw 'fal\\n'");
+  EXPECT_EQ(lamp_error("[a]\nname = 'x'\n\"a\\nb\\u001b\" = 1\n"), "lamp.toml:3:1: unknown key 'a\\nb\\u001B'");
+  EXPECT_EQ(lamp_error("[a]\nname = 'x'\ncolour = \"gr\\ten\"\n"),
+            "lamp.toml:3:10: 'colour' is 'gr\\ten', but must be one of red, green (did you mean 'green'?)");
+}
+
+/// The sanitizers see it where the library takes one of them for impossible.
+TEST(TomlReader, AnyCharacterMayStandAnywhere) {
+  const auto utf8 = [](uint32_t point) {
+    std::string bytes;
+    const auto put = [&](uint32_t byte) { bytes += static_cast<char>(byte); };
+    if (point < 0x800)
+      put(0xc0 | point >> 6);
+    else if (point < 0x10000)
+      put(0xe0 | point >> 12), put(0x80 | (point >> 6 & 63));
+    else
+      put(0xf0 | point >> 18), put(0x80 | (point >> 12 & 63)), put(0x80 | (point >> 6 & 63));
+    put(0x80 | (point & 63));
+    return bytes;
+  };
+  for (uint32_t point = 0x80; point < 0x10ffff; point += point < 0x800 ? 1 : point < 0x10000 ? 13 : 4099) {
+    if (point >= 0xd800 && point < 0xe000) continue;  // surrogates are no characters
+    const std::string c = utf8(point);
+    for (const std::string& text : {"a = 1" + c, "a = [1" + c + "]", c + " = 1", "[" + c, "a = \"\\" + c + "\""}) {
+      const std::string said = lamp_error(text);
+      EXPECT_EQ(said.substr(0, 12), "lamp.toml:1:") << point << ": " << text;
+      EXPECT_EQ(said.find_first_of("\n\r"), said.npos) << said;
+    }
+    // In strings and comments it may be.
+    EXPECT_EQ(lamp_error("[a] # " + c + "\nname = \"\"\"" + c + "\\\n " + c + "\"\"\""), "") << point;
+  }
+}
+
 TEST(TomlReader, TheFirstProblemInFileOrderIsTold) {
   EXPECT_EQ(lamp_error("[b]\nname = 1\n[a]\nnam = 'x'\n").substr(0, 14), "lamp.toml:2:8:");
 }
