@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <numeric>
 #include <unordered_map>
 
 #include "world/base/random.h"
@@ -10,8 +11,6 @@ namespace world {
 namespace {
 
 bool has_area(const glm::uvec3& t) { return t.x != t.y && t.y != t.z && t.z != t.x; }
-
-uint64_t edge_key(uint32_t a, uint32_t b) { return uint64_t{a} << 32 | b; }
 
 }  // namespace
 
@@ -158,18 +157,30 @@ HalfEdges half_edges(std::span<const glm::uvec3> triangles, size_t vertices) {
   for (const glm::uvec3& t : triangles) edges.start.insert(edges.start.end(), {t.x, t.y, t.z});
   edges.twin.assign(count, HalfEdges::kNone);
   edges.outgoing.assign(vertices, HalfEdges::kNone);
-  // Half-edges by their ends. The first of each direction counts; more than one is a conflict, and stays on the border.
-  std::vector<std::pair<uint64_t, uint32_t>> by_ends;
-  by_ends.reserve(count);
-  for (uint32_t h = 0; h < count; ++h) by_ends.emplace_back(edge_key(edges.start[h], edges.end(h)), h);
-  std::sort(by_ends.begin(), by_ends.end());
-  const auto same_ends = [](const auto& a, const auto& b) { return a.first == b.first; };
-  const auto kept = std::unique(by_ends.begin(), by_ends.end(), same_ends);
-  edges.conflicts = static_cast<uint64_t>(by_ends.end() - kept);
-  by_ends.erase(kept, by_ends.end());
-  for (const auto& [ends, h] : by_ends) {
-    const auto other = std::lower_bound(by_ends.begin(), by_ends.end(), std::pair(std::rotl(ends, 32), uint32_t{0}));
-    if (other != by_ends.end() && other->first == std::rotl(ends, 32)) edges.twin[h] = other->second;
+  // Half-edges by where they start, and those of one vertex, which are few, by where they end.
+  std::vector<uint32_t> first(vertices + 1);
+  for (const uint32_t v : edges.start) ++first[v + 1];
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<uint32_t> by_ends(count), last(first.begin(), first.end() - 1);
+  for (uint32_t h = 0; h < count; ++h) by_ends[last[edges.start[h]]++] = h;
+  const auto at = [&](uint32_t i) { return by_ends.begin() + static_cast<std::ptrdiff_t>(i); };
+  // The first of each direction counts; more than one is a conflict, and stays on the border.
+  for (size_t v = 0; v < vertices; ++v) {
+    std::sort(at(first[v]), at(last[v]), [&](uint32_t a, uint32_t b) {
+      return edges.end(a) != edges.end(b) ? edges.end(a) < edges.end(b) : a < b;
+    });
+    const auto kept =
+        std::unique(at(first[v]), at(last[v]), [&](uint32_t a, uint32_t b) { return edges.end(a) == edges.end(b); });
+    edges.conflicts += static_cast<uint64_t>(at(last[v]) - kept);
+    last[v] = static_cast<uint32_t>(kept - by_ends.begin());
+  }
+  for (uint32_t v = 0; v < vertices; ++v) {
+    for (uint32_t i = first[v]; i < last[v]; ++i) {
+      const uint32_t to = edges.end(by_ends[i]);
+      const auto other = std::lower_bound(at(first[to]), at(last[to]), v,
+                                          [&](uint32_t h, uint32_t vertex) { return edges.end(h) < vertex; });
+      if (other != at(last[to]) && edges.end(*other) == v) edges.twin[by_ends[i]] = *other;
+    }
   }
   for (uint32_t h = 0; h < count; ++h) {
     uint32_t& outgoing = edges.outgoing[edges.start[h]];

@@ -27,7 +27,9 @@ namespace world {
 namespace {
 
 constexpr int32_t kMostSide = 1024;
-constexpr double kMostTriangles = 1 << 23;
+// A triangle takes about a microsecond and 300 bytes until voxels are asked for. Any net may have the first number of
+// them, which is a patch of 360 x 360 parts; larger nets more, and none more than the last.
+constexpr double kTrianglesOfAnyNet = 1 << 18, kTrianglesOfPatch = 1024, kMostTriangles = 1 << 23;
 constexpr uint64_t kMostFileBytes = uint64_t{1} << 26;
 
 /// Numbers of a .bpt file, one after the other.
@@ -123,11 +125,14 @@ std::shared_ptr<const Shape> read_spline_patch(TomlTable& table, const SourceCon
   int divisions = 1;
   for (const BezierPatch& patch : patches)
     divisions = std::max(divisions, divisions_for(patch, error * context.voxel_m));
-  if (2.0 * divisions * divisions * static_cast<double>(patches.size()) > kMostTriangles) {
-    table.fail("error_voxels",
-               fmt::format("{} patches of {} x {} parts are too many triangles: allow a larger error, or a "
-                           "larger voxel_size_m",
-                           patches.size(), divisions, divisions));
+  const auto count = static_cast<double>(patches.size());
+  const double most = std::min(kMostTriangles, kTrianglesOfAnyNet + kTrianglesOfPatch * count);
+  if (2.0 * divisions * divisions * count > most) {
+    table.fail(
+        "error_voxels",
+        fmt::format("{} patches of {} x {} parts would be more than {:.0f} triangles: allow a larger error, or a "
+                    "larger voxel_size_m",
+                    patches.size(), divisions, divisions, most));
     return nullptr;
   }
   MeshShapeReport report;

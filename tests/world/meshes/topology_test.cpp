@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support.h"
+#include "world/base/random.h"
 
 namespace world {
 namespace {
@@ -126,6 +127,36 @@ TEST(Topology, RealMeshesAreWhatTheyAre) {
   EXPECT_EQ(open.border_loops().size(), 5u) << "the bunny has five holes in its base";
   close_holes(bunny);
   EXPECT_TRUE(half_edges(bunny.triangles, bunny.positions.size()).watertight());
+}
+
+TEST(Topology, TwinsAreTheFirstOfTheOtherDirection) {
+  // Any triangles over few vertices, against each pair of half-edges.
+  for (uint64_t round = 0; round < 20; ++round) {
+    std::vector<glm::uvec3> triangles;
+    const auto draw = [&](int64_t i, int64_t k) {
+      return static_cast<uint32_t>(random_bits(round, i, k, 0) % (6 + round));
+    };
+    for (int64_t i = 0; i < 40; ++i) {
+      const glm::uvec3 t(draw(i, 0), draw(i, 1), draw(i, 2));
+      if (t.x != t.y && t.y != t.z && t.z != t.x) triangles.push_back(t);
+    }
+    const HalfEdges edges = half_edges(triangles, 30);  // of which some have none
+    const auto count = static_cast<uint32_t>(edges.start.size());
+    const auto first_of = [&](uint32_t from, uint32_t to) {
+      uint32_t h = 0;
+      while (h < count && !(edges.start[h] == from && edges.end(h) == to)) ++h;
+      return h < count ? h : HalfEdges::kNone;
+    };
+    uint64_t conflicts = 0, border = 0;
+    for (uint32_t h = 0; h < count; ++h) {
+      const bool first = first_of(edges.start[h], edges.end(h)) == h;
+      EXPECT_EQ(edges.twin[h], first ? first_of(edges.end(h), edges.start[h]) : HalfEdges::kNone) << round << ' ' << h;
+      conflicts += !first;
+      border += edges.twin[h] == HalfEdges::kNone;
+    }
+    EXPECT_EQ(edges.conflicts, conflicts);
+    EXPECT_EQ(edges.border, border);
+  }
 }
 
 TEST(Topology, DamageIsCounted) {

@@ -53,6 +53,20 @@ TEST(SplinePatch, TrianglesLieWithinTheBound) {
   }
 }
 
+TEST(SplinePatch, ASpikeOfTooManyTrianglesIsAnErrorThatSaysWhatToDo) {
+  std::string points;
+  for (int i = 0; i < 16; ++i) points += fmt::format("{},{},{},", i % 4, i / 4, i == 5 ? 5000 : 0);
+  const auto said = [&](double error) {
+    const auto source = source_from(fmt::format(
+        "kind='spline_patch'\nbasis='bezier'\nrows=4\ncolumns=4\nerror_voxels={}\npoints=[{}]", error, points));
+    return source ? "" : source.error().message;
+  };
+  EXPECT_EQ(said(0.1),
+            "test.toml:7:14: 1 patches of 513 x 513 parts would be more than 263168 triangles: allow a larger error, "
+            "or a larger voxel_size_m");
+  EXPECT_EQ(said(1), "");
+}
+
 TEST(SplinePatch, ABSplineOfAPlaneIsThatPlane) {
   std::vector<Vec3d> net;
   for (int row = 0; row < 6; ++row)
