@@ -35,6 +35,7 @@ namespace {
 #if LOAM_HAS_GDAL
 
 constexpr int64_t kMostPosts = int64_t{1} << 26;
+constexpr double kLeastSpacing = 1e-3, kMostSpacing = 1e6;  // m between posts: beyond it the file is damaged
 
 /// The functions of GDAL that are used, each as its header declares it.
 #define GDAL_FUNCTIONS(F)     \
@@ -129,6 +130,11 @@ Result<HeightGrid> read_with_gdal(const std::string& name, uint64_t file_bytes) 
   } else if (place && g.OSRIsProjected(place)) {
     const double metres = g.OSRGetLinearUnits(place, nullptr);
     grid.spacing_x *= metres, grid.spacing_z *= metres;
+  }
+  for (const double spacing : {grid.spacing_x, grid.spacing_z}) {
+    if (!(spacing >= kLeastSpacing && spacing <= kMostSpacing))
+      return input_error(fmt::format("{}: its posts lie {:g} m apart, and must lie {:g} to {:g}", name, spacing,
+                                     kLeastSpacing, kMostSpacing));
   }
   const GDALRasterBandH band = g.GDALGetRasterBand(dataset.get(), 1);
   grid.heights.resize(static_cast<size_t>(posts));

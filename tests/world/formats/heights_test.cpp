@@ -7,6 +7,7 @@
 
 #include "tests/world/formats/formats_support.h"
 #include "world/formats/heights/dem.h"
+#include "world/formats/heights/land.h"
 #include "world/formats/heights/picture.h"
 #include "world/formats/png_height.h"
 
@@ -220,6 +221,31 @@ TEST(PngHeight, DamagedPicturesAreErrors) {
   std::copy(std::begin(head), std::end(head), bomb.begin() + 16);
   const auto read = read_height_png(bomb, "bomb.png");
   ASSERT_FALSE(read);
+}
+
+TEST(Heights, AStripHasItsHeightsUnlessItWouldBeMostlyEmptyRegions) {
+  const auto land = [](int columns, int rows) {
+    HeightGrid grid;
+    grid.columns = columns, grid.rows = rows;
+    for (int i = 0; i < columns * rows; ++i) grid.heights.push_back(i % 7);
+    ImportReport report;
+    return land_from_heights(grid, {0, 0, columns, rows}, "test", "strip", {}, report);
+  };
+  for (const auto& [columns, rows] : {std::pair(3, 300), std::pair(130, 2)}) {
+    const auto world = land(columns, rows);
+    ASSERT_TRUE(world) << world.error().message;
+    for (int x = 0; x < columns; ++x)
+      for (int z = 0; z < rows; ++z) {
+        const int height = (z * columns + x) % 7;
+        ASSERT_EQ(top_of(*world, x, z), height == 0 ? -1 : height - 1) << x << ' ' << z;
+      }
+    EXPECT_EQ(top_of(*world, columns, 0), std::nullopt);
+    EXPECT_EQ(top_of(*world, 0, rows), std::nullopt);
+  }
+  const auto thin = land(1, 100'000);  // 782 regions, of 34 kB each, for one column in 128
+  ASSERT_FALSE(thin);
+  EXPECT_EQ(thin.error().message,
+            "strip: a strip of 1 x 100000 columns of voxels is too long for its width; choose a smaller window");
 }
 
 }  // namespace

@@ -13,6 +13,8 @@ namespace world {
 namespace {
 
 constexpr uint64_t kMaxColumns = uint64_t{1} << 26;  // some 2 GiB of surface
+// A region takes 34 kB before it holds anything: squares of 128 x 128 columns beyond the first hold so many on average.
+constexpr double kMostThinSquares = 256, kLeastColumns = 1024;
 constexpr int kMaxVoxelsHigh = 1 << 16;
 
 /// The blocks of the surface, by name where the standard blocks have it, else the nearest thing.
@@ -129,17 +131,20 @@ Column make_column(const Plan& plan, const Ground& blocks, int64_t x, int64_t z,
 std::vector<RegionBuilder> build_square(const Plan& plan, const Ground& blocks, int region_x, int region_z) {
   constexpr int kHalo = kRegionSize + 2;
   const int64_t x0 = int64_t{region_x} * kRegionSize, z0 = int64_t{region_z} * kRegionSize;
+  // What of the square lies in the window: strips of posts are mostly none of theirs.
+  const int wide = static_cast<int>(std::min<int64_t>(plan.size_x - x0, kRegionSize)),
+            deep = static_cast<int>(std::min<int64_t>(plan.size_z - z0, kRegionSize));
   std::vector<double> heights(kHalo * kHalo);
   const auto height = [&](int x, int z) -> double& { return heights[static_cast<size_t>((x + 1) * kHalo + z + 1)]; };
-  for (int x = -1; x <= kRegionSize; ++x) {
-    for (int z = -1; z <= kRegionSize; ++z) height(x, z) = plan.height(x0 + x, z0 + z);
+  for (int x = -1; x <= wide; ++x) {
+    for (int z = -1; z <= deep; ++z) height(x, z) = plan.height(x0 + x, z0 + z);
   }
   // The columns; those outside of the window are empty (ground below the floor).
   std::vector<Column> columns(kRegionSize * kRegionSize, Column{.ground = plan.floor - 1});
   int highest = plan.floor;
-  for (int x = 0; x < kRegionSize; ++x) {
-    for (int z = 0; z < kRegionSize; ++z) {
-      if (x0 + x >= plan.size_x || z0 + z >= plan.size_z || std::isnan(height(x, z))) continue;
+  for (int x = 0; x < wide; ++x) {
+    for (int z = 0; z < deep; ++z) {
+      if (std::isnan(height(x, z))) continue;
       const auto slope = [&](double before, double after) {
         return std::isnan(before) || std::isnan(after) ? 0.0 : (after - before) / (2 * plan.metres);
       };
@@ -155,6 +160,7 @@ std::vector<RegionBuilder> build_square(const Plan& plan, const Ground& blocks, 
     RegionBuilder region({region_x, ry, region_z});
     for (int leaf = 0; leaf < kLeavesPerRegion; ++leaf) {
       const LeafPos l = leaf_offset_in_region(leaf);
+      if (l.x * kLeafSize >= wide || l.z * kLeafSize >= deep) continue;
       const int y0 = ry * kRegionSize + l.y * kLeafSize;
       int lowest_ground = INT32_MAX, highest_any = INT32_MIN;
       for (int x = l.x * kLeafSize; x < (l.x + 1) * kLeafSize; ++x) {
@@ -216,6 +222,12 @@ Result<Plan> make_plan(const HeightGrid& grid, const ImportOptions::Window& wind
         fmt::format("{}: {:.0f} x {:.0f} columns of voxels are too many (at most {} in all); choose more metres per "
                     "voxel or a smaller window",
                     name, size_x, size_z, kMaxColumns));
+  }
+  const double squares = std::ceil(size_x / kRegionSize) * std::ceil(size_z / kRegionSize);
+  if (squares > kMostThinSquares + size_x * size_z / kLeastColumns) {
+    return refused(fmt::format(
+        "{}: a strip of {:.0f} x {:.0f} columns of voxels is too long for its width; choose a smaller window", name,
+        size_x, size_z));
   }
   plan.size_x = static_cast<int64_t>(size_x);
   plan.size_z = static_cast<int64_t>(size_z);
