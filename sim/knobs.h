@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sim/bodies/integrators.h"
+#include "sim/matter/heat_schemes.h"
 #include "world/base/knobs.h"
 
 namespace sim {

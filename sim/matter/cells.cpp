@@ -74,10 +74,10 @@ PageId Cells::allocate() {
   pos_.emplace_back();
   around_.emplace_back();
   hash_.push_back(0);
-  version_.push_back(0);
+  for (auto* counts : {&version_, &content_changes_, &heat_changes_}) counts->push_back(0);
   for (auto* plane : {&grain_, &closed_, &occupied_}) plane->emplace_back();
   tag_.emplace_back();
-  for (auto* flags : {&ring_, &stirred_, &unsaved_}) flags->push_back(0);
+  for (auto* flags : {&ring_, &stirred_, &unsaved_, &heated_}) flags->push_back(0);
   blocks_.emplace_back();
   amounts_.emplace_back();
   heats_.emplace_back();
@@ -142,6 +142,7 @@ void Cells::read(PageId p, const world::LeafBlocks& leaf) {
     }
   }
   ++version_[p];
+  ++content_changes_[p];
   grain_[p] = grain, closed_[p] = closed;
   for (int x = 0; x < 8; ++x) occupied_[p].word[x] = grain.word[x] | closed.word[x];
   tag_[p] = {kind, rich, rich};
@@ -251,6 +252,7 @@ void Cells::put(PageId p, int index, const Cell& cell) {
   set(closed_[p], content == Content::closed);
   set(occupied_[p], content == Content::grain || content == Content::closed);
   if (content == Content::grain) {
+    ++version_[p];  // rules may have come by it in other ways than by moving it
     if (tag.kind == kNoKind) tag.kind = cell.block;
     tag.rich |= tag.kind != cell.block;
   }
@@ -268,6 +270,7 @@ void Cells::put(PageId p, int index, const Cell& cell) {
 void Cells::stir(PageId p, const LeafMask& changed) {
   const auto mark = [](uint8_t& flag) { std::atomic_ref<uint8_t>(flag).store(1, std::memory_order_relaxed); };
   unsaved_[p] = 1;
+  ++content_changes_[p];
   mark(stirred_[p]);
   const std::array<unsigned, 3> near = sides_near(changed);
   if ((near[0] | near[1] | near[2]) == 2u) return;
@@ -288,6 +291,11 @@ void Cells::spread() {
     stirred_[p] = 0;
     for (AwakeSet& set : awake_) set.add(p);
   });
+  for_each_set(heated_, [&](PageId p) {
+    heated_[p] = 0;
+    for (size_t r = 0; r < feels_heat_.size(); ++r)
+      if (feels_heat_[r]) awake_[r].add(p);
+  });
 }
 
 bool Cells::settled() const {
@@ -299,6 +307,14 @@ bool Cells::settled() const {
 void Cells::book(BlockId block, int64_t amount) {
   Booked& booked = booked_[block];
   std::atomic_ref<int64_t>(amount > 0 ? booked.in : booked.out).fetch_add(std::abs(amount), std::memory_order_relaxed);
+}
+
+void Cells::transmute(PageId p, int index, const Cell& now) {
+  const Cell was = cell(p, index);
+  const auto amount = [&](const Cell& c) { return is_fluid(c.block) ? static_cast<int64_t>(c.amount) : kFullVoxel; };
+  if (was.block != world::kAir) book(was.block, -amount(was));
+  if (now.block != world::kAir) book(now.block, amount(now));
+  put(p, index, now);
 }
 
 Cells::Booked Cells::booked(BlockId block) const { return block < booked_.size() ? booked_[block] : Booked{}; }
@@ -326,13 +342,13 @@ bool Cells::follow_edits() {
   return !dirty.empty();
 }
 
-void Cells::wake_all() {
+void Cells::wake_all(std::span<const uint8_t> also) {
   traits_.follow();
   met_.resize(traits_.size(), 0), booked_.resize(traits_.size());
   const auto moves = [&](const world::LeafBlocks& leaf) {
     const auto may = [&](BlockId id) {
       const Content c = traits_[id].content;
-      return c == Content::grain || c == Content::liquid || c == Content::gas;
+      return c == Content::grain || c == Content::liquid || c == Content::gas || (id < also.size() && also[id]);
     };
     if (!leaf.values) return may(leaf.uniform);
     return std::any_of(leaf.values, leaf.values + world::kLeafVoxels, may);
@@ -460,6 +476,8 @@ size_t Cells::bytes() const {
                slots_.size() * sizeof(Slots);
   for (const auto& blocks : blocks_)
     if (blocks) all += sizeof(Blocks);
+  for (const auto& heats : heats_)
+    if (heats) all += sizeof(Heats);
   return all;
 }
 

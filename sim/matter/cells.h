@@ -125,6 +125,12 @@ class Cells {
   const world::BlockId* find_blocks(PageId p) const { return blocks_[p] ? blocks_[p]->data() : nullptr; }
   /// Counts how often the content was read anew: what a rule derives from ids holds as long as it is the same.
   uint32_t version(PageId p) const { return version_[p]; }
+  /// Counts changes of what is where, by rules and by edits alike: what a rule derives from ids holds as long as it is
+  /// the same.
+  uint32_t content_changes(PageId p) const { return content_changes_[p]; }
+  /// Its ids, written out; nothing is made.
+  void ids(PageId p, std::span<world::BlockId, world::kLeafVoxels> into) const { values_of(p, into); }
+  const world::BlockPalette& palette() const { return store_.palette(); }
   /// Its ids, made where there are none; whoever moves something in the page keeps them right from then on.
   Blocks& blocks(PageId p);
   /// How much of the liquids and gases there is: null where all of the page are full voxels, or there are none.
@@ -138,6 +144,8 @@ class Cells {
   /// Heat above rest: null where there is none.
   const int32_t* find_heats(PageId p) const { return heats_[p] ? heats_[p]->data() : nullptr; }
   Heats& heats(PageId p);
+  /// Puts other heats in the place of a page's; tell stir_heat() of it.
+  void swap_heats(PageId p, std::unique_ptr<Heats>& with) { heats_[p].swap(with); }
   /// Whether amounts or heat are kept for it.
   bool holds_more(PageId p) const { return amounts_[p] || heats_[p]; }
   bool is_fluid(world::BlockId id) const {
@@ -158,6 +166,14 @@ class Cells {
   /// rules. Takes effect in spread(); for different pages, from several threads at once. The page's neighbours are
   /// open.
   void stir(PageId p, const world::LeafMask& changed);
+  /// Says that voxels of a page became warmer or colder: it will be awake for the rules that feel heat. As stir().
+  void stir_heat(PageId p) {
+    heated_[p] = 1;
+    ++heat_changes_[p];
+  }
+  uint32_t heat_changes(PageId p) const { return heat_changes_[p]; }
+  /// Rules that stir_heat() wakes, by rule.
+  void set_feels_heat(std::vector<uint8_t> rules) { feels_heat_ = std::move(rules); }
   void spread();
   bool settled() const;
 
@@ -169,13 +185,15 @@ class Cells {
     int64_t in = 0, out = 0;  // both >= 0
   };
   Booked booked(world::BlockId block) const;
+  /// put(), of something else than was there: both are booked.
+  void transmute(PageId p, int index, const Cell& cell);
 
   // ---- the store ----
   /// Opens what others edited in the store, and wakes it. They edit after a flush(), before the next step.
   /// Returns whether there were any.
   bool follow_edits();
-  /// Wakes all leaves in which something could move: at the start of a simulation.
-  void wake_all();
+  /// Wakes all leaves in which something could move, or that hold one of `also`: at the start of a simulation.
+  void wake_all(std::span<const uint8_t> also = {});  // by block
   /// Writes changed pages to the store. Returns how many leaves.
   size_t flush();
   /// Closes pages that no rule will look at; flush() first.
@@ -208,11 +226,13 @@ class Cells {
   std::vector<world::LeafPos> pos_;
   std::vector<std::array<PageId, 27>> around_;
   std::vector<uint64_t> hash_;
-  std::vector<uint32_t> version_;
+  std::vector<uint32_t> version_, content_changes_, heat_changes_;
   std::vector<world::LeafMask> grain_, closed_, occupied_;
   std::vector<Tag> tag_;
   std::vector<uint8_t> ring_;               // its neighbours were opened
   std::vector<uint8_t> stirred_, unsaved_;  // since the last spread(), the last flush()
+  std::vector<uint8_t> heated_;             // since the last spread()
+  std::vector<uint8_t> feels_heat_;         // by rule
   std::vector<std::unique_ptr<Blocks>> blocks_;
   std::vector<std::unique_ptr<Amounts>> amounts_;
   std::vector<std::unique_ptr<Heats>> heats_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "sim/matter/thermal.h"
 #include "world/base/errors.h"
 #include "world/base/random.h"
 
@@ -29,6 +30,7 @@ struct Matter::Running {
   uint64_t leaves_visited = 0, voxels_changed = 0;
   double ms = 0;
   size_t bytes = 0;
+  std::vector<std::string> notes;
 };
 
 namespace {
@@ -72,6 +74,9 @@ void Matter::call_rules() {
   bool made = false;
   std::vector<world::BlockId> present;
   for (const auto& [id, count] : world_.store.census()) present.push_back(id);
+  // What rules made since.
+  for (size_t id = 0; cells_ && id < world_.palette->size(); ++id)
+    if (cells_->booked(static_cast<world::BlockId>(id)).in > 0) present.push_back(static_cast<world::BlockId>(id));
   for (size_t r = 0; r < rows.size(); ++r) {
     Running& running = rules_[r];
     if (running.rule) continue;
@@ -90,7 +95,14 @@ void Matter::call_rules() {
   }
   if (!made) return;
   if (!cells_) cells_ = std::make_unique<Cells>(world_.store, options_.seed, rows.size(), floor_of(world_));
-  cells_->wake_all();
+  std::vector<uint8_t> feels_heat;
+  bool any_feels_heat = false;
+  for (size_t r = 0; r < rows.size(); ++r) {
+    feels_heat.push_back(rules_[r].rule != nullptr && rows[r].info.feels_heat);
+    any_feels_heat |= feels_heat.back() != 0;
+  }
+  cells_->set_feels_heat(std::move(feels_heat));
+  cells_->wake_all(any_feels_heat ? blocks_out_of_rest(*world_.palette) : std::vector<uint8_t>{});
 }
 
 /// What others put in and took out, by the census: a voxel counts as full.
@@ -108,7 +120,7 @@ void Matter::follow_edits() {
 
 StepReport Matter::step() {
   StepReport report;
-  const Tick tick{tick_++, options_.seed};
+  const Tick tick{tick_++, options_.seed, &options_};
   if (!cells_) {
     call_rules();
     if (!cells_) return report;
@@ -127,8 +139,16 @@ StepReport Matter::step() {
     running.leaves_visited += done.leaves_visited;
     running.voxels_changed += done.voxels_changed;
     running.bytes = std::max(running.bytes, done.bytes);
+    if (!done.notes.empty()) running.notes = done.notes;
     report.leaves_visited += done.leaves_visited;
     report.voxels_changed += done.voxels_changed;
+  }
+  // What rules made may call for others: ash falls, steam rises.
+  size_t made = 0;
+  for (size_t id = 0; id < world_.palette->size(); ++id) made += cells_->booked(static_cast<world::BlockId>(id)).in > 0;
+  if (made != made_kinds_) {
+    made_kinds_ = made;
+    call_rules();
   }
   if (settled()) {
     flush();
@@ -226,6 +246,7 @@ std::vector<EffectReport> Matter::effects() const {
     report.why = running.why;
     report.leaves_visited = running.leaves_visited, report.voxels_changed = running.voxels_changed;
     report.ms = running.ms, report.bytes = running.bytes;
+    report.notes = running.notes;
     all.push_back(std::move(report));
   }
   return all;

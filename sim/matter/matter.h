@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "sim/knobs.h"
+#include "sim/matter/reactions.h"
 #include "sim/matter/rule.h"
 #include "world/world.h"
 
@@ -22,6 +24,7 @@ struct EffectReport {
   uint64_t leaves_visited = 0, voxels_changed = 0;
   double ms = 0;
   size_t bytes = 0;
+  std::vector<std::string> notes;  // of the last tick that had any
 };
 
 struct StepReport {
@@ -41,6 +44,8 @@ struct MatterOptions {
   uint64_t seed = 1;
   uint64_t tick = 0;                      // of the world: what was simulated before
   std::vector<std::string> effects = {};  // asked for beyond what the content calls for
+  SimKnobs knobs = {};
+  std::vector<Reaction> reactions = {};  // of the scene, beyond the rows of reactions.toml
 };
 
 class Matter {
@@ -79,6 +84,7 @@ class Matter {
   world::World& world_;
   MatterOptions options_;
   uint64_t tick_;
+  size_t made_kinds_ = 0;  // blocks that rules made any of
   std::unique_ptr<Cells> cells_;
   std::map<world::BlockId, int64_t> start_;
   world::Census flushed_;                           // of the store when it was last written

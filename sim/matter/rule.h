@@ -23,11 +23,15 @@ struct RuleReport {
   uint64_t voxels_changed = 0;
   size_t bytes = 0;  // of what the rule holds, beside the pages
   double ms = 0;
+  std::vector<std::string> notes;  // for people: a loop of reactions, energy that left
 };
+
+struct MatterOptions;
 
 struct Tick {
   uint64_t number = 0;
   uint64_t seed = 0;
+  const MatterOptions* options = nullptr;
 };
 
 /// What a rule says of itself.
@@ -37,6 +41,7 @@ struct RuleInfo {
   std::string_view conserves;
   /// Whether a voxel of this block calls for the rule.
   bool (*calls)(const world::Block& block) = nullptr;
+  bool feels_heat = false;  // awake where it becomes warmer or colder, too
 };
 
 class Rule {

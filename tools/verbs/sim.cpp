@@ -89,7 +89,8 @@ nlohmann::json sim_json(sim::Matter& matter, const SimResult& result) {
                             {"ms", effect.ms},
                             {"leaves_visited", effect.leaves_visited},
                             {"voxels_changed", effect.voxels_changed},
-                            {"bytes", effect.bytes}});
+                            {"bytes", effect.bytes},
+                            {"notes", effect.notes}});
   return j;
 }
 
@@ -108,6 +109,9 @@ void print_sim(const nlohmann::json& j) {
                 world::with_thousands(effect["leaves_visited"].get<uint64_t>()).c_str(),
                 world::with_thousands(effect["voxels_changed"].get<uint64_t>()).c_str(),
                 effect["called_for"].get<bool>() ? effect["why"].get<std::string>().c_str() : "nothing");
+  for (const auto& effect : j["effects"])
+    for (const auto& note : effect["notes"])
+      std::printf("  %s: %s\n", effect["name"].get<std::string>().c_str(), note.get<std::string>().c_str());
   std::printf("\nledger, m3               start            in           out           now%s\n",
               j["ledger_exact"].get<bool>() ? "   exact to 1/4096" : "   NOT BALANCED");
   const auto m3 = [](const nlohmann::json& n) { return n.get<double>() / sim::kFullVoxel; };
@@ -127,6 +131,8 @@ world::Result<int> run_sim(const SimOptions& options) {
   sim::MatterOptions matter_options;
   matter_options.seed = options.has_seed ? options.seed : world.simulation.seed;
   matter_options.effects = world.simulation.effects;
+  for (const auto& [name, value] : world.simulation.knobs)
+    TRY_STATUS(sim::sim_knobs().set(matter_options.knobs, name, value));
   if (const auto tick = world.metadata.find(kTickKey); tick != world.metadata.end())
     matter_options.tick = std::strtoull(tick->second.c_str(), nullptr, 10);
   sim::Matter matter(world, matter_options);

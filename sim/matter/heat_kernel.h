@@ -1,0 +1,71 @@
+/// Conduction on pages: what flows through the faces of a leaf's voxels in one step. Internal to sim/matter.
+///
+/// Through the face between voxels i and j flow, into i,
+///   F = trunc(sign(D) * min(|D| * g + phase, |D| * share)),  D = Tj - Ti,  g = dt / unit / (Ri + Rj)
+/// units of heat. F changes its sign with i and j, bit for bit, so both pages of a face find the same number, and the
+/// sum of heat stays what it is. `share` is the smaller of a sixth of both capacities: no voxel gives or takes more
+/// than makes it as warm as its neighbours, so that temperatures stay within those around (to one ulp of a float: 61 µK
+/// below 1024 K), whatever dt is. Up to r = a dt / h^2 = 1/6 the limit changes nothing within one material; beyond it a
+/// single step is stable and too slow.
+///
+/// `phase`, 0..63/64 by the tick in bit-reversed order, makes parts of a unit flow now and then, as often as they
+/// should: without it, wood would conduct nothing below 2 K of difference. What never flows in any phase lets a page
+/// sleep: differences under 6 units of the smaller capacity (0.1 K in air, 0.36 K in fire, 60 µK in stone), or under
+/// 1/64 unit a step.
+///
+/// cost   measured by `loam bench run matter`
+#pragma once
+
+#include <cstdint>
+
+#include "sim/matter/thermal.h"
+
+namespace sim {
+
+/// By voxel of a page that isn't of one material.
+struct ThermalArrays {
+  alignas(64) float inverse[world::kLeafVoxels];
+  alignas(64) float born[world::kLeafVoxels];
+  alignas(64) float low[world::kLeafVoxels];
+  alignas(64) float high[world::kLeafVoxels];
+  alignas(64) float resistance[world::kLeafVoxels];
+  alignas(64) float share[world::kLeafVoxels];
+};
+
+/// A page as heat sees it.
+struct HeatSource {
+  const int32_t* heat = nullptr;       // null: none
+  const float* temperature = nullptr;  // where it is known already: instead of heat
+  const ThermalArrays* arrays = nullptr;
+  ThermalVoxel all = {};  // of every voxel, where there are no arrays
+  bool closed = false;
+};
+
+struct HeatStep {
+  float scale = 0;  // dt / unit, s/J
+  float phase = 0;  // 0 <= phase < 1
+  float limit = 1;  // of share; large: no limit
+};
+
+struct HeatResult {
+  bool flows = false;  // something flowed
+  bool live = false;   // something flows in this phase or another
+  world::LeafMask changed;
+};
+
+/// `sides[face]`: the pages across. `heat`: what the page holds after the step.
+HeatResult conduct(const HeatSource& page, const HeatSource* sides, const HeatStep& step, int32_t* heat);
+/// Whether anything may flow through one side of the page, in any phase.
+bool side_is_live(const HeatSource& page, const HeatSource& beyond, int face, const HeatStep& step);
+/// The temperatures of a page, above rest.
+void temperatures(const HeatSource& page, float* into);
+
+/// One sweep of the implicit scheme on a page: the temperature that balances the step where its neighbours are as in
+/// `sides`, into = weight * (that - before) + before.  old: at the start of the step.
+void relax(const HeatSource& page, const HeatSource* sides, const HeatStep& step, const float* old, const float* before,
+           float weight, float* into);
+
+/// 0..63/64 in bit-reversed order.
+float heat_phase(uint64_t step);
+
+}  // namespace sim

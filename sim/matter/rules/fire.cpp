@@ -1,0 +1,431 @@
+/// fire: solids that ignite burn where there is air beside them, light what is near, and leave ash or nothing. Knob
+/// fire_model:
+///
+///   heat    A fuel burns while it is at its ignition temperature and has air, a flame or smoke beside it: in its hours
+///           (of heat_speed) it gives the energy of its mass. 2/5 of that is radiated to what is not a gas across its
+///           six faces, twice as much upwards, and to itself; the rest goes off with the smoke. What is as warm as a
+///           flame takes in no more. Lava, magma rock and embers radiate as black bodies to fuels beside them, and lose
+///           that; so does a block of fire that touches nothing that burns, out of nothing: a torch that is fed.
+///   chance  Flames jump to air beside a fuel, and eat it, by chance: no temperatures. As block games do it.
+///
+/// In both, blocks of fire stand in the air beside what burns, emit their light, and end as smoke or air. Liquids and
+/// gases burn by rows of reactions.toml.
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "sim/matter/fuels.h"
+#include "sim/matter/heat_plan.h"
+#include "sim/matter/matter.h"
+#include "world/base/jobs.h"
+#include "world/store/leaf_shifts.h"
+
+namespace sim {
+
+namespace {
+
+using world::BlockId;
+using world::LeafMask;
+
+constexpr size_t kPagesATask = 32;
+constexpr double kFlameKelvin = 1300;  // of wood fires: Dougal Drysdale. An Introduction to Fire Dynamics. 2011
+constexpr double kRadiated = 0.4;      // of the heat of combustion: the same, table 5.13, upper end
+constexpr double kStefanBoltzmann = 5.670374e-8;  // W/(m^2 K^4)
+constexpr double kShares = 8;                     // of what is radiated: up 2, five faces 1 each, itself 1
+constexpr uint32_t kAllFuel = 65536;
+// Chances in a tick, as powers of one half.
+constexpr int kFlameRises = 3;                         // air beside what burns becomes fire
+constexpr int kFlameDies = 4, kLongFlame = 8;          // fire with nothing to burn beside it; with a fuel beside it
+constexpr int kSmokes = 2;                             // fire that ends leaves smoke
+constexpr int kJumps = 4, kEats = 6, kEatenBurns = 1;  // of the model by chance
+constexpr size_t kFacePage[6] = {around_index(-1, 0, 0), around_index(1, 0, 0),  around_index(0, -1, 0),
+                                 around_index(0, 1, 0),  around_index(0, 0, -1), around_index(0, 0, 1)};
+
+LeafMask operator&(const LeafMask& s, const LeafMask& t) {
+  LeafMask m;
+  for (int w = 0; w < 8; ++w) m.word[w] = s.word[w] & t.word[w];
+  return m;
+}
+LeafMask operator|(const LeafMask& s, const LeafMask& t) {
+  LeafMask m;
+  for (int w = 0; w < 8; ++w) m.word[w] = s.word[w] | t.word[w];
+  return m;
+}
+LeafMask without(const LeafMask& s, const LeafMask& t) {
+  LeafMask m;
+  for (int w = 0; w < 8; ++w) m.word[w] = s.word[w] & ~t.word[w];
+  return m;
+}
+template <class Visit>
+void for_each(const LeafMask& mask, Visit visit) {
+  for (int x = 0; x < 8; ++x)
+    for (uint64_t bits = mask.word[x]; bits; bits &= bits - 1) visit(x * 64 + std::countr_zero(bits));
+}
+
+struct Burning {
+  uint16_t index;
+  uint16_t spent;  // of kAllFuel, in this tick
+  int64_t share;   // units, of kShares
+};
+
+struct FirePage {
+  uint32_t content = 0;
+  bool ready = false, listed = false, live = false;
+  world::LeafPos pos;
+  LeafMask fuel, flame, air, feeds, hot, heavy;  // heavy: neither air nor gas
+  LeafMask burns, torch;                         // of this tick
+  LeafMask cool;                                 // fuels below a flame's temperature
+  std::vector<Burning> burning;
+  std::unique_ptr<std::array<uint16_t, world::kLeafVoxels>> spent;  // of kAllFuel
+};
+
+class Fire final : public Rule {
+ public:
+  explicit Fire(size_t rule) : rule_(rule) {}
+  RuleReport step(Cells& cells, const Tick& tick) override;
+
+ private:
+  void prepare(const Cells& cells, PageId p);
+  void list_pages(Cells& cells);
+  LeafMask near(const Cells& cells, PageId p, LeafMask FirePage::*mask) const;
+  LeafMask random(const Cells& cells, PageId p, const Tick& tick, int stream, int halves) const;
+  void find_burning(const Cells& cells, PageId p, double dt);
+  bool warm(Cells& cells, PageId p, double dt);
+  void burn(Cells& cells, PageId p, const Tick& tick, LeafMask& changed);
+  void jump(Cells& cells, PageId p, const Tick& tick, LeafMask& changed);
+  void end_flames(Cells& cells, PageId p, const Tick& tick, const LeafMask& dying, LeafMask& changed);
+
+  const size_t rule_;  // its awake set
+  std::unique_ptr<FireBlocks> blocks_;
+  std::vector<FirePage> pages_;
+  std::vector<PageId> list_;
+  std::atomic<int64_t> freed_{0}, kept_{0};  // units, in all
+};
+
+void Fire::prepare(const Cells& cells, PageId p) {
+  FirePage& page = pages_[p];
+  if (page.ready && page.content == cells.content_changes(p) && page.pos == cells.pos(p)) return;
+  if (page.pos != cells.pos(p)) page.spent.reset();
+  page.pos = cells.pos(p);
+  page.ready = true;
+  page.content = cells.content_changes(p);
+  page.fuel = page.flame = page.air = page.feeds = page.hot = page.heavy = {};
+  std::array<BlockId, world::kLeafVoxels> ids;
+  cells.ids(p, ids);
+  const FireBlocks& blocks = *blocks_;
+  for (int w = 0; w < 8; ++w)
+    for (int b = 0; b < 64; ++b) {
+      const BlockId id = ids[static_cast<size_t>(w * 64 + b)];
+      const FireTraits& t = blocks[id];
+      const uint64_t bit = 1ull << b;
+      page.fuel.word[w] |= t.fuel ? bit : 0;
+      page.flame.word[w] |= t.flame ? bit : 0;
+      page.air.word[w] |= t.air ? bit : 0;
+      page.feeds.word[w] |= t.feeds ? bit : 0;
+      page.hot.word[w] |= t.hot ? bit : 0;
+      const Content content = cells.traits()[id].content;
+      page.heavy.word[w] |= content == Content::empty || content == Content::gas ? 0 : bit;
+    }
+}
+
+/// Awake pages, and those beside them where something burns or glows.
+void Fire::list_pages(Cells& cells) {
+  AwakeSet& set = cells.awake(rule_);
+  set.begin();
+  list_.assign(set.now().begin(), set.now().end());
+  const size_t awake = list_.size();
+  for (size_t n = 0; n < awake; ++n) cells.open_around(list_[n]);
+  if (pages_.size() < cells.page_limit()) pages_.resize(cells.page_limit());
+  world::parallel_ranges(awake, kPagesATask, [&](size_t begin, size_t end) {
+    for (size_t n = begin; n < end; ++n) prepare(cells, list_[n]);
+  });
+  for (size_t n = 0; n < awake; ++n) pages_[list_[n]].listed = true;
+  for (size_t n = 0; n < awake; ++n) {
+    const FirePage& page = pages_[list_[n]];
+    if (page.hot.is_none() && page.burning.empty() && !cells.find_heats(list_[n])) continue;
+    for (const size_t around : kFacePage) {
+      const PageId other = cells.around(list_[n])[around];
+      if (other == kClosedPage || pages_[other].listed) continue;
+      pages_[other].listed = true;
+      list_.push_back(other);
+    }
+  }
+  for (size_t n = awake; n < list_.size(); ++n) cells.open_around(list_[n]);
+  if (pages_.size() < cells.page_limit()) pages_.resize(cells.page_limit());
+  // Neighbours of those are looked at.
+  std::vector<PageId> beside;
+  for (const PageId p : list_) {
+    pages_[p].listed = true;
+    for (const size_t around : kFacePage) {
+      const PageId other = cells.around(p)[around];
+      if (other == kClosedPage || pages_[other].listed) continue;
+      pages_[other].listed = true;
+      beside.push_back(other);
+    }
+  }
+  const auto prepare_all = [&](const std::vector<PageId>& pages) {
+    world::parallel_ranges(pages.size(), kPagesATask, [&](size_t begin, size_t end) {
+      for (size_t n = begin; n < end; ++n) prepare(cells, pages[n]);
+    });
+    for (const PageId p : pages) pages_[p].listed = false;
+  };
+  prepare_all(list_);
+  prepare_all(beside);
+  for (const PageId p : beside) {
+    FirePage& page = pages_[p];
+    page.burns = page.torch = page.cool = {};
+    page.burning.clear();
+  }
+}
+
+/// Voxels of a page beside one of `mask`.
+LeafMask Fire::near(const Cells& cells, PageId p, LeafMask FirePage::*mask) const {
+  LeafMask all;
+  for (int face = 0; face < 6; ++face) {
+    const PageId other = cells.around(p)[kFacePage[face]];
+    all = all | world::across(pages_[p].*mask, other == kClosedPage ? world::kNoneMask : pages_[other].*mask, face);
+  }
+  return all;
+}
+
+/// Each voxel with a chance of 1 / 2^halves.
+LeafMask Fire::random(const Cells& cells, PageId p, const Tick& tick, int stream, int halves) const {
+  LeafMask m = world::kAllMask;
+  for (int k = 0; k < halves; ++k)
+    for (int w = 0; w < 8; ++w)
+      m.word[w] &= world::hash_combine(world::hash_combine(cells.hash(p), tick.number),
+                                       static_cast<uint64_t>(0xf12e00 + stream * 256 + k * 8 + w));
+  return m;
+}
+
+/// What burns in this tick: warm enough fuels with air beside them.
+void Fire::find_burning(const Cells& cells, PageId p, double dt) {
+  FirePage& page = pages_[p];
+  page.burning.clear();
+  page.burns = {};
+  page.cool = page.fuel;
+  const int32_t* heats = cells.find_heats(p);
+  if (!heats || page.fuel.is_none()) return;
+  std::array<BlockId, world::kLeafVoxels> ids;
+  cells.ids(p, ids);
+  const LeafMask fed = near(cells, p, &FirePage::feeds);
+  for_each(page.fuel, [&](int i) {
+    const auto n = static_cast<size_t>(i);
+    if (heats[n] <= 0) return;
+    const FireTraits& t = (*blocks_)[ids[n]];
+    const float warmth = temperature(blocks_->thermal().voxel(ids[n]), heats[n]);
+    if (warmth >= static_cast<float>(kFlameKelvin - kRestKelvin)) page.cool.clear(i);
+    if (warmth < t.ignition || !fed.test(i)) return;
+    const double part = std::min(dt / (t.hours * 3600), 1.0);
+    const auto spent = static_cast<uint16_t>(std::clamp(std::llround(part * kAllFuel), 1ll, 65535ll));
+    const double freed = t.energy * spent / kAllFuel;
+    page.burning.push_back({static_cast<uint16_t>(i), spent, std::llround(freed * kRadiated / kShares)});
+    page.burns.set(i);
+    freed_ += std::llround(freed);
+  });
+}
+
+/// What the page takes in from what burns and glows, and what its own glowing blocks lose. Returns whether it changed.
+bool Fire::warm(Cells& cells, PageId p, double dt) {
+  FirePage& page = pages_[p];
+  const auto any_burning = [&] {
+    if (!page.burning.empty()) return true;
+    for (const size_t around : kFacePage)
+      if (const PageId other = cells.around(p)[around]; other != kClosedPage && !pages_[other].burning.empty())
+        return true;
+    return false;
+  }();
+  const LeafMask lit = page.fuel & page.cool & near(cells, p, &FirePage::torch);
+  const LeafMask radiates = without(page.torch, page.flame) & near(cells, p, &FirePage::cool);
+  if (!any_burning && lit.is_none() && radiates.is_none()) return false;
+  std::array<BlockId, world::kLeafVoxels> ids;
+  cells.ids(p, ids);
+  Cells::Heats& heats = cells.heats(p);
+  const std::array<int32_t, world::kLeafVoxels> before = heats;
+  const auto flame = static_cast<float>(kFlameKelvin - kRestKelvin);
+  bool changed = false;
+  int64_t kept = 0;
+  const auto give = [&](int i, int64_t units) {
+    const auto n = static_cast<size_t>(i);
+    if (!page.heavy.test(i) || temperature(blocks_->thermal().voxel(ids[n]), before[n]) >= flame) return;
+    heats[n] = static_cast<int32_t>(std::clamp<int64_t>(heats[n] + units, INT32_MIN / 2, INT32_MAX / 2));
+    kept += units;
+    changed = true;
+  };
+  for (const Burning& b : page.burning) give(b.index, b.share);
+  for (int face = 0; face < 6 && any_burning; ++face) {
+    const PageId other = cells.around(p)[kFacePage[face]];
+    const int64_t times = face == world::kFaceNegY ? 2 : 1;  // flames below
+    const int axis = world::face_axis(face), stride = axis == 0 ? 64 : axis == 1 ? 8 : 1;
+    const int sign = world::face_sign(face);
+    const auto from = [&](const std::vector<Burning>& all, bool beyond) {
+      for (const Burning& b : all) {
+        // The voxel whose neighbour across `face` burns.
+        const int along = b.index / stride & 7, at = along - sign;
+        if (((at < 0) || (at > 7)) != beyond) continue;
+        give(b.index - (beyond ? sign * stride - sign * 8 * stride : sign * stride), b.share * times);
+      }
+    };
+    from(page.burning, false);
+    if (other != kClosedPage) from(pages_[other].burning, true);
+  }
+  // Glowing blocks and torches, as black bodies.
+  const auto radiated = [&](BlockId id) {
+    const double kelvin = static_cast<double>(blocks_->thermal()[id].born) + kRestKelvin;
+    return std::llround(kStefanBoltzmann * kelvin * kelvin * kelvin * kelvin * dt / kHeatUnitJ);
+  };
+  for (int face = 0; face < 6; ++face) {
+    const PageId other = cells.around(p)[kFacePage[face]];
+    const LeafMask& torch_beyond = other == kClosedPage ? world::kNoneMask : pages_[other].torch;
+    const LeafMask& cool_beyond = other == kClosedPage ? world::kNoneMask : pages_[other].cool;
+    const int axis = world::face_axis(face), stride = axis == 0 ? 64 : axis == 1 ? 8 : 1;
+    const int sign = world::face_sign(face);
+    for_each(lit & world::across(page.torch, torch_beyond, face), [&](int i) {
+      const bool leaves = (i / stride & 7) == (sign > 0 ? 7 : 0);
+      const BlockId glows =
+          leaves ? cells.block(other, i - sign * 7 * stride) : ids[static_cast<size_t>(i + sign * stride)];
+      give(i, radiated(glows));
+    });
+    for_each(radiates & world::across(page.cool, cool_beyond, face), [&](int i) {
+      const auto n = static_cast<size_t>(i);
+      heats[n] = static_cast<int32_t>(std::max<int64_t>(heats[n] - radiated(ids[n]), INT32_MIN / 2));
+      changed = true;
+    });
+  }
+  kept_ += kept;
+  return changed;
+}
+
+/// Fuel that is spent goes, flames stand beside what burns, and end where nothing does.
+void Fire::burn(Cells& cells, PageId p, const Tick& tick, LeafMask& changed) {
+  FirePage& page = pages_[p];
+  for (const Burning& b : page.burning) {
+    if (!page.spent) page.spent = std::make_unique<std::array<uint16_t, world::kLeafVoxels>>();
+    uint16_t& spent = (*page.spent)[b.index];
+    if (static_cast<uint32_t>(spent) + b.spent < kAllFuel) {
+      spent = static_cast<uint16_t>(spent + b.spent);
+      continue;
+    }
+    spent = 0;
+    const Cell was = cells.cell(p, b.index);
+    const BlockId leaves = (*blocks_)[was.block].leaves;
+    // As warm as it was; the rest goes off with the smoke. Air that was a fire is a flame.
+    Cell now{.block = leaves == world::kAir ? blocks_->fire() : leaves};
+    if (now.block == blocks_->fire() && now.block != world::kAir) now.amount = kFullVoxel;
+    if (leaves != world::kAir)
+      now.heat = static_cast<int32_t>(
+          std::clamp<double>(blocks_->thermal().capacity(leaves) *
+                                 static_cast<double>(temperature(blocks_->thermal().voxel(was.block), was.heat)),
+                             INT32_MIN / 2, INT32_MAX / 2));
+    cells.transmute(p, b.index, now);
+    changed.set(b.index);
+  }
+  const LeafMask beside = near(cells, p, &FirePage::burns);
+  if (blocks_->fire() != world::kAir)
+    for_each(page.air & beside & random(cells, p, tick, 0, kFlameRises), [&](int i) {
+      cells.transmute(p, i, {.block = blocks_->fire(), .amount = kFullVoxel});
+      changed.set(i);
+    });
+  if (page.flame.is_none()) return;
+  const LeafMask alone = without(page.flame, beside), fuel = near(cells, p, &FirePage::fuel);
+  const LeafMask dying = (without(alone, fuel) & random(cells, p, tick, 1, kFlameDies)) |
+                         (alone & fuel & random(cells, p, tick, 2, kLongFlame));
+  end_flames(cells, p, tick, dying, changed);
+}
+
+void Fire::end_flames(Cells& cells, PageId p, const Tick& tick, const LeafMask& dying, LeafMask& changed) {
+  if (dying.is_none()) return;
+  const LeafMask smokes = random(cells, p, tick, 3, kSmokes);
+  for_each(dying, [&](int i) {
+    const bool smoke = smokes.test(i) && blocks_->smoke() != world::kAir;
+    cells.transmute(p, i, smoke ? Cell{.block = blocks_->smoke(), .amount = kFullVoxel} : Cell{});
+    changed.set(i);
+  });
+}
+
+/// The model by chance.
+void Fire::jump(Cells& cells, PageId p, const Tick& tick, LeafMask& changed) {
+  FirePage& page = pages_[p];
+  const LeafMask lit = near(cells, p, &FirePage::hot);
+  page.live = !page.flame.is_none() || !(page.fuel & lit).is_none();
+  if (!page.live && (page.air & lit).is_none()) return;
+  const LeafMask fuel = near(cells, p, &FirePage::fuel);
+  const auto light = [&](int i) {
+    cells.transmute(p, i, {.block = blocks_->fire(), .amount = kFullVoxel});
+    changed.set(i);
+  };
+  if (blocks_->fire() != world::kAir) for_each(page.air & lit & fuel & random(cells, p, tick, 0, kJumps), light);
+  const LeafMask burns_on = random(cells, p, tick, 1, kEatenBurns);
+  for_each(page.fuel & lit & near(cells, p, &FirePage::feeds) & random(cells, p, tick, 2, kEats), [&](int i) {
+    if (burns_on.test(i) && blocks_->fire() != world::kAir) return light(i);
+    cells.transmute(p, i, {.block = (*blocks_)[cells.block(p, i)].leaves});
+    changed.set(i);
+  });
+  end_flames(cells, p, tick,
+             (without(page.flame, fuel) & random(cells, p, tick, 4, kFlameDies)) |
+                 (page.flame & fuel & random(cells, p, tick, 5, kLongFlame)),
+             changed);
+}
+
+RuleReport Fire::step(Cells& cells, const Tick& tick) {
+  RuleReport report;
+  if (!blocks_) blocks_ = std::make_unique<FireBlocks>(cells.palette(), tick.options->reactions);
+  blocks_->follow();
+  list_pages(cells);
+  const SimKnobs& knobs = tick.options->knobs;
+  const bool by_heat = knobs.fire_model == FireModel::heat;
+  const double dt = std::max(static_cast<double>(knobs.heat_speed), 0.0) / kHeatTicksPerSecond;
+  std::vector<uint8_t> heated(list_.size(), 0);
+  std::vector<LeafMask> changed(list_.size());
+  const auto each = [&](auto work) {
+    world::parallel_ranges(list_.size(), kPagesATask, [&](size_t begin, size_t end) {
+      for (size_t n = begin; n < end; ++n) work(n, list_[n]);
+    });
+  };
+  if (by_heat) {
+    each([&](size_t, PageId p) { find_burning(cells, p, dt); });
+    // A flame that touches what burns is part of that; another is a torch.
+    each([&](size_t, PageId p) {
+      FirePage& page = pages_[p];
+      page.torch = without(page.hot, page.flame & near(cells, p, &FirePage::burns));
+      page.live = !page.burning.empty() || !page.flame.is_none();
+    });
+    each([&](size_t n, PageId p) { heated[n] = warm(cells, p, dt); });
+    each([&](size_t n, PageId p) { burn(cells, p, tick, changed[n]); });
+  } else {
+    each([&](size_t n, PageId p) { jump(cells, p, tick, changed[n]); });
+  }
+  AwakeSet& set = cells.awake(rule_);
+  for (size_t n = 0; n < list_.size(); ++n) {
+    const PageId p = list_[n];
+    if (heated[n]) cells.stir_heat(p);
+    if (!changed[n].is_none()) cells.stir(p, changed[n]);
+    if (heated[n] || pages_[p].live) set.add(p);
+    report.voxels_changed += static_cast<uint64_t>(changed[n].count());
+  }
+  cells.spread();
+  report.leaves_visited = list_.size();
+  report.bytes = pages_.capacity() * sizeof(FirePage);
+  for (const FirePage& page : pages_) report.bytes += page.spent ? sizeof(*page.spent) : 0;
+  if (freed_ > 0)
+    report.notes.push_back(fmt::format("{:.6g} MJ burnt, {:.6g} MJ of them kept by what is near",
+                                       static_cast<double>(freed_) * kHeatUnitJ * 1e-6,
+                                       static_cast<double>(kept_) * kHeatUnitJ * 1e-6));
+  return report;
+}
+
+}  // namespace
+
+RuleInfo fire_info() {
+  return {.name = "fire",
+          .what = "what is warm enough burns, lights what is near, and leaves ash",
+          .conserves = "",
+          .calls = calls_for_heat,
+          .feels_heat = true};
+}
+std::unique_ptr<Rule> make_fire_rule(size_t rule) { return std::make_unique<Fire>(rule); }
+
+}  // namespace sim
