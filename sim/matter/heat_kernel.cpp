@@ -32,7 +32,7 @@ constexpr int kStep[6] = {-kPlane, kPlane, -kPitch, kPitch, -1, 1};
 static_assert(world::kFaceNegX == 0 && world::kFacePosX == 1 && world::kFaceNegY == 2 && world::kFacePosY == 3 &&
               world::kFaceNegZ == 4 && world::kFacePosZ == 5);
 
-float one_temperature(const HeatSource& s, int i) {
+HWY_INLINE float one_temperature(const HeatSource& s, int i) {
   if (s.temperature) return s.temperature[i];
   const int32_t heat = s.heat ? s.heat[i] : 0;
   if (!s.arrays) return temperature(s.all, heat);
@@ -89,7 +89,10 @@ HWY_INLINE void fill(const HeatSource& page, const HeatSource* sides, Padded& in
 }
 
 HWY_INLINE void fill_temperatures(const HeatSource& page, const HeatSource* sides, Padded& t) {
-  fill(page, sides, t, row_of, one_temperature);
+  // Not by their names: as pointers they wouldn't be inlined, and cost as much as the rest.
+  fill(
+      page, sides, t, [](const HeatSource& s, int i, float* into) { row_of(s, i, into); },
+      [](const HeatSource& s, int i) { return one_temperature(s, i); });
 }
 HWY_INLINE void fill_materials(const HeatSource& page, const HeatSource* sides, Padded& resistance, Padded& share) {
   const auto filler = [](float ThermalVoxel::*all, const float* (*array)(const ThermalArrays&)) {
