@@ -11,6 +11,7 @@
 #include "sim/matter/matter.h"
 #include "tools/json_text.h"
 #include "tools/progress.h"
+#include "tools/recording.h"
 #include "tools/verb.h"
 #include "world/base/jobs.h"
 #include "world/base/text.h"
@@ -24,7 +25,7 @@ constexpr uint64_t kMostTicks = 1'000'000'000;
 constexpr const char* kTickKey = "simulated_ticks";  // in a world's metadata
 
 struct SimOptions {
-  std::string scene, save, until;
+  std::string scene, save, until, record;
   uint64_t ticks = 0, seed = 0;
   int threads = 0;
   bool json = false, has_seed = false, has_ticks = false;
@@ -142,18 +143,28 @@ world::Result<int> run_sim(const SimOptions& options) {
   StopAfterTick stop;
   Progress progress;
   const auto start = std::chrono::steady_clock::now();
+  Recording recording{
+      .scene = options.scene, .commit = {}, .seed = matter_options.seed, .start = matter.tick(), .marks = {}};
+  const auto mark = [&] {
+    if (options.record.empty() || matter.tick() == recording.start) return;
+    if (recording.marks.empty() || recording.marks.back().tick != matter.tick())
+      recording.marks.push_back({matter.tick(), matter.state_hash()});
+  };
   while (result.ticks < most && !(result.interrupted = stop.asked())) {
     if (!options.until.empty() && matter.settled()) break;
     matter.step();
     ++result.ticks;
+    if (result.ticks % recording.every == 0) mark();
     if (result.ticks % 64 == 0)
       progress.stage(fmt::format("tick {}, {} leaves awake", matter.tick(), matter.awake_leaves()));
   }
   progress.stage("");
+  mark();
   matter.flush();
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 
   const nlohmann::json j = sim_json(matter, result);
+  if (!options.record.empty()) TRY_STATUS(write_recording(recording, options.record));
   if (!options.save.empty() || result.interrupted) {
     const std::string path = options.save.empty() ? scene.name + "-checkpoint.loam" : options.save;
     world.metadata[kTickKey] = std::to_string(matter.tick());
@@ -179,6 +190,7 @@ void add_sim_verb(Command& command) {
   verb->add_option("-t,--threads", options->threads, "threads (default: all)");
   CLI::Option* seed = verb->add_option("--seed", options->seed, "of all that is random (default: the scene's)");
   verb->add_option("--save", options->save, "write the world to this .loam file; `loam sim` goes on from it");
+  verb->add_option("--record", options->record, "write hashes of the state to this file, for `loam replay`");
   verb->add_flag("--json", options->json, "one JSON object on stdout");
   command.action(verb, [options, ticks, seed]() -> world::Result<int> {
     options->has_ticks = ticks->count() > 0;
