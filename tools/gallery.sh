@@ -54,6 +54,23 @@ reference fog_volumes 480x270 320
 reference gobo 480x270 256
 size=480x270 picture caustics caustics --backend raycast --set light_transport=photons --spp 128
 
+# Scenes of matter, after so many ticks.
+simulated() {  # simulated NAME SCENE TICKS [ARGS]
+  local folder
+  folder=$(mktemp -d)
+  "$loam" sim "$2" --ticks "$3" --save "$folder/world.loam" >"$folder/out" 2>&1 || cat "$folder/out"
+  picture "$1" "$folder/world.loam" --backend raycast --set light_transport=whitted "${@:4}"
+  rm -r "$folder"
+}
+size=480x320
+simulated avalanche avalanche 60
+simulated dam dam 60
+simulated hourglass hourglass 600
+simulated burning_house burning_house 1500
+simulated burnt_house burning_house 4000
+simulated lava_meets_sea lava_meets_sea 200
+size=960x540
+
 # The ladder of light models: one cave, a picture a rung, with its time and its error against the path tracer below it.
 light_ladder() {
   local folder rung names="" pictures="" facts="" text

@@ -77,7 +77,7 @@ PageId Cells::allocate() {
   for (auto* counts : {&version_, &content_changes_, &heat_changes_}) counts->push_back(0);
   for (auto* plane : {&grain_, &closed_, &occupied_}) plane->emplace_back();
   tag_.emplace_back();
-  for (auto* flags : {&ring_, &stirred_, &unsaved_, &heated_}) flags->push_back(0);
+  for (auto* flags : {&ring_, &stirred_, &unsaved_, &heated_, &heat_unsaved_}) flags->push_back(0);
   blocks_.emplace_back();
   amounts_.emplace_back();
   heats_.emplace_back();
@@ -97,7 +97,7 @@ PageId Cells::open(LeafPos l) {
   slots.page[static_cast<size_t>(world::index_in_region(l))] = p;
   ++slots.used;
   pos_[p] = l;
-  ring_[p] = stirred_[p] = unsaved_[p] = 0;
+  heat_unsaved_[p] = ring_[p] = stirred_[p] = unsaved_[p] = 0;
   hash_[p] = world::random_bits(seed_, l.x, l.y, l.z);
   blocks_[p].reset();
   amounts_[p].reset();
@@ -105,6 +105,7 @@ PageId Cells::open(LeafPos l) {
   read(p, store_.leaf(l));
   read_amounts(p, world::Layer::liquid, Content::liquid);
   read_amounts(p, world::Layer::gas, Content::gas);
+  read_heats(p);
   link(p);
   return p;
 }
@@ -361,6 +362,11 @@ void Cells::wake_all(std::span<const uint8_t> also) {
       const PageId p = open(l);
       for (AwakeSet& set : awake_) set.add(p);
     }
+  // What was left warm or cold.
+  if (const world::IntLayer* heat = store_.find_int_layer(world::Layer::heat))
+    for (const LeafPos& l : heat->leaves())
+      if (const PageId p = open(l))
+        for (AwakeSet& set : awake_) set.add(p);
 }
 
 /// After an edit: what it wrote is full, and as warm as its surroundings at rest.
@@ -415,10 +421,38 @@ void Cells::write_amounts(std::span<const PageId> pages, world::Layer layer, Con
   if (values && values->active_voxels() == 0) store_.drop_layer(layer);
 }
 
+void Cells::read_heats(PageId p) {
+  const world::IntLayer* values = store_.find_int_layer(world::Layer::heat);
+  if (!values) return;
+  LeafMask active;
+  auto heats = std::make_unique<Heats>();
+  if (values->read_leaf(pos_[p], *heats, active)) heats_[p] = std::move(heats);  // 0 where nothing is active
+}
+
+/// Voxels that are warmer or colder than they were born; the layer goes where there is none.
+void Cells::write_heats(std::span<const PageId> pages) {
+  for (const PageId p : pages) {
+    LeafMask active;
+    if (heats_[p])
+      for (size_t i = 0; i < world::kLeafVoxels; ++i)
+        if ((*heats_[p])[i] != 0) active.set(static_cast<int>(i));
+    if (active.is_none() && !store_.find_int_layer(world::Layer::heat)) continue;
+    static constexpr Heats kNoHeats{};
+    store_.make_int_layer(world::Layer::heat).write_leaf(pos_[p], heats_[p] ? *heats_[p] : kNoHeats, active);
+    heat_unsaved_[p] = 0;
+  }
+  const world::IntLayer* values = store_.find_int_layer(world::Layer::heat);
+  if (values && values->active_voxels() == 0) store_.drop_layer(world::Layer::heat);
+}
+
 size_t Cells::flush() {
   std::vector<PageId> pages;
+  for_each_set(heat_unsaved_, [&](PageId p) { pages.push_back(p); });
+  write_heats(pages);
+  pages.clear();
   for_each_set(unsaved_, [&](PageId p) { pages.push_back(p); });
   if (pages.empty()) return 0;
+  write_heats(pages);
   constexpr size_t kBatch = 1024;
   std::vector<Blocks> values;
   std::vector<world::LeafWrite> writes;
@@ -455,7 +489,7 @@ void Cells::close_idle() {
   std::vector<uint8_t> is_free(pos_.size(), 0);
   for (const PageId p : free_) is_free[p] = 1;
   for (PageId p = 1; p < pos_.size(); ++p)
-    if (!needed[p] && !is_free[p] && !heats_[p]) release(p);
+    if (!needed[p] && !is_free[p]) release(p);
 }
 
 world::BlockId Cells::block_at(VoxelPos v) const {

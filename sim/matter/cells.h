@@ -168,7 +168,7 @@ class Cells {
   void stir(PageId p, const world::LeafMask& changed);
   /// Says that voxels of a page became warmer or colder: it will be awake for the rules that feel heat. As stir().
   void stir_heat(PageId p) {
-    heated_[p] = 1;
+    heated_[p] = heat_unsaved_[p] = 1;
     ++heat_changes_[p];
   }
   uint32_t heat_changes(PageId p) const { return heat_changes_[p]; }
@@ -212,6 +212,8 @@ class Cells {
   void read(PageId p, const world::LeafBlocks& leaf);
   void reread(PageId p);
   void read_amounts(PageId p, world::Layer layer, Content content);
+  void read_heats(PageId p);
+  void write_heats(std::span<const PageId> pages);
   void write_amounts(std::span<const PageId> pages, world::Layer layer, Content content);
   void link(PageId p);
   void release(PageId p);
@@ -232,6 +234,7 @@ class Cells {
   std::vector<uint8_t> ring_;               // its neighbours were opened
   std::vector<uint8_t> stirred_, unsaved_;  // since the last spread(), the last flush()
   std::vector<uint8_t> heated_;             // since the last spread()
+  std::vector<uint8_t> heat_unsaved_;       // since the last flush(), beside what is unsaved_
   std::vector<uint8_t> feels_heat_;         // by rule
   std::vector<std::unique_ptr<Blocks>> blocks_;
   std::vector<std::unique_ptr<Amounts>> amounts_;

@@ -217,6 +217,26 @@ TEST(TH11, GoingOnFromTheStoreIsTheSameAsNotStopping) {
   for (int i = 37; i < 90; ++i) second.step();
   EXPECT_EQ(through.state_hash(), second.state_hash());
 }
+TEST(TH11, HeatThatIsOnItsWayIsKeptToo) {
+  const auto make = [] {
+    World world = basin({{0, 0, 0}, {30, 20, 30}});
+    fill(world, {{2, 0, 2}, {8, 4, 8}}, named(world, "lava"));
+    fill(world, {{20, 0, 2}, {28, 2, 28}}, named(world, "water"));
+    fill(world, {{9, 0, 2}, {12, 6, 8}}, named(world, "oak_planks"));
+    return world;
+  };
+  World a = make(), b = make();
+  Matter through(a, {.seed = 4});
+  for (int i = 0; i < 120; ++i) through.step();
+  auto first = std::make_unique<Matter>(b, MatterOptions{.seed = 4});
+  for (int i = 0; i < 51; ++i) first->step();
+  first->flush();
+  EXPECT_NE(b.store.find_int_layer(world::Layer::heat), nullptr);
+  first.reset();
+  Matter second(b, {.seed = 4, .tick = 51});
+  for (int i = 51; i < 120; ++i) second.step();
+  EXPECT_EQ(through.state_hash(), second.state_hash());
+}
 
 }  // namespace
 }  // namespace sim
