@@ -3,6 +3,7 @@
 
 #include "sim/bodies/integrators.h"
 #include "sim/matter/heat_schemes.h"
+#include "sim/matter/liquid_models.h"
 #include "world/base/knobs.h"
 
 namespace sim {

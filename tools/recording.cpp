@@ -43,7 +43,8 @@ world::Status write_recording(const Recording& recording, const std::filesystem:
   {
     std::ofstream out(part);
     out << nlohmann::json{{"loam_recording", kVersion}, {"scene", recording.scene}, {"seed", recording.seed},
-                          {"start", recording.start},   {"every", recording.every}, {"commit", recording.commit}}
+                          {"start", recording.start},   {"every", recording.every}, {"commit", recording.commit},
+                          {"knobs", recording.knobs}}
         << '\n';
     for (const Recording::Mark& mark : recording.marks)
       out << nlohmann::json{{"tick", mark.tick}, {"hash", fmt::format("{:016x}", mark.hash)}} << '\n';
@@ -86,7 +87,15 @@ world::Result<Recording> read_recording(const std::filesystem::path& path) {
       const auto scene = object.find("scene");
       if (scene == object.end() || !scene->is_string()) return at_line(path, line, "expected a text \"scene\"");
       recording.scene = scene->get<std::string>();
-      recording.commit = object.value("commit", "");
+      if (const auto commit = object.find("commit"); commit != object.end() && commit->is_string())
+        recording.commit = commit->get<std::string>();
+      if (const auto knobs = object.find("knobs"); knobs != object.end()) {
+        if (!knobs->is_object()) return at_line(path, line, "expected an object \"knobs\" of texts");
+        for (const auto& [name, text_of] : knobs->items()) {
+          if (!text_of.is_string()) return at_line(path, line, "expected a text for the knob \"" + name + "\"");
+          recording.knobs[name] = text_of.get<std::string>();
+        }
+      }
       continue;
     }
     Recording::Mark mark;

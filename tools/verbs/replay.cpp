@@ -29,7 +29,12 @@ world::Result<int> run_replay(const ReplayOptions& options) {
   TRY(const world::Scene scene, world::load_scene(recording.scene));
   world::ImportReport report;
   TRY(world::World world, world::build_world(scene, report));
-  sim::Matter matter(world, {.seed = recording.seed, .tick = recording.start, .effects = world.simulation.effects});
+  sim::MatterOptions matter_options;
+  matter_options.seed = recording.seed;
+  matter_options.tick = recording.start;
+  matter_options.effects = world.simulation.effects;
+  for (const auto& [name, value] : recording.knobs) TRY_STATUS(sim::sim_knobs().set(matter_options.knobs, name, value));
+  sim::Matter matter(world, matter_options);
   Progress progress;
   uint64_t same_until = recording.start;
   nlohmann::json j{

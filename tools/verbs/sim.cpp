@@ -25,7 +25,8 @@ constexpr uint64_t kMostTicks = 1'000'000'000;
 constexpr const char* kTickKey = "simulated_ticks";  // in a world's metadata
 
 struct SimOptions {
-  std::string scene, save, until, record;
+  std::string scene, save, until, record, accuracy;
+  std::vector<std::string> settings;
   uint64_t ticks = 0, seed = 0;
   int threads = 0;
   bool json = false, has_seed = false, has_ticks = false;
@@ -132,8 +133,18 @@ world::Result<int> run_sim(const SimOptions& options) {
   sim::MatterOptions matter_options;
   matter_options.seed = options.has_seed ? options.seed : world.simulation.seed;
   matter_options.effects = world.simulation.effects;
+  TRY(const world::Accuracy accuracy, world::accuracy_from_name(options.accuracy));
+  matter_options.knobs = sim::sim_knobs().preset(accuracy);
   for (const auto& [name, value] : world.simulation.knobs)
     TRY_STATUS(sim::sim_knobs().set(matter_options.knobs, name, value));
+  for (const std::string& setting : options.settings) {
+    const size_t equals = setting.find('=');
+    if (equals == std::string::npos)
+      return world::usage_error("--set takes KNOB=VALUE, for instance liquid_model=levels, not \"" + setting + "\"");
+    const std::string name = setting.substr(0, equals), value = setting.substr(equals + 1);
+    TRY_STATUS(sim::sim_knobs().set(matter_options.knobs, name, value));
+    world.simulation.knobs[name] = value;  // a save goes on with it
+  }
   if (const auto tick = world.metadata.find(kTickKey); tick != world.metadata.end())
     matter_options.tick = std::strtoull(tick->second.c_str(), nullptr, 10);
   sim::Matter matter(world, matter_options);
@@ -145,6 +156,7 @@ world::Result<int> run_sim(const SimOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   Recording recording{
       .scene = options.scene, .commit = {}, .seed = matter_options.seed, .start = matter.tick(), .marks = {}};
+  for (const auto& row : sim::sim_knobs().rows()) recording.knobs[row.name] = row.get(matter_options.knobs);
   const auto mark = [&] {
     if (options.record.empty() || matter.tick() == recording.start) return;
     if (recording.marks.empty() || recording.marks.back().tick != matter.tick())
@@ -190,6 +202,11 @@ void add_sim_verb(Command& command) {
   verb->add_option("-t,--threads", options->threads, "threads (default: all)");
   CLI::Option* seed = verb->add_option("--seed", options->seed, "of all that is random (default: the scene's)");
   verb->add_option("--save", options->save, "write the world to this .loam file; `loam sim` goes on from it");
+  std::string knobs = "a knob, KNOB=VALUE:";
+  for (const auto& row : sim::sim_knobs().rows()) knobs += "\n" + row.name + ": " + row.what;
+  verb->add_option("--set", options->settings, knobs)->allow_extra_args(false);
+  verb->add_option("--accuracy", options->accuracy, "fast, usual or exact: the knobs that --set doesn't name")
+      ->default_val("usual");
   verb->add_option("--record", options->record, "write hashes of the state to this file, for `loam replay`");
   verb->add_flag("--json", options->json, "one JSON object on stdout");
   command.action(verb, [options, ticks, seed]() -> world::Result<int> {

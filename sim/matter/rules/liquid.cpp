@@ -1,6 +1,9 @@
 /// liquid: water, oil, lava and others of finite volume. Falls, spreads by differences of level, and by weight through
 /// basins that communicate; heavier liquids sink under lighter ones. The flows: sim/matter/liquid_kernel.h.
 ///
+/// knobs  liquid_model: finite volumes, or the levels of block games, which make and lose liquid (booked);
+///        liquid_passes: rounds sideways in a tick
+///
 /// A tick takes the liquids one after the other, the heaviest first. A voxel holds one of them. What is neither that
 /// liquid nor air is a wall to it; walls of lighter fluids it changes places with, in pairs of layers by turns.
 #include <algorithm>
@@ -9,6 +12,7 @@
 
 #include "sim/matter/liquid_kernel.h"
 #include "sim/matter/liquid_level.h"
+#include "sim/matter/matter.h"
 #include "sim/matter/rule.h"
 #include "world/base/jobs.h"
 #include "world/base/random.h"
@@ -25,6 +29,10 @@ constexpr double kTickSeconds = 0.05;
 constexpr int kFilm = 64;  // 1.6 cm
 constexpr uint64_t kLevelTicks = 2;
 constexpr uint8_t kRoundsToRest = 2;
+constexpr int kMostPasses = 16;
+// Levels of block games: a source has 8, and each takes 5 ticks to the next voxel.
+constexpr int kGameLevels = 8, kGameLevel = kFullVoxel / kGameLevels;
+constexpr uint64_t kGameTicks = 5;
 
 /// What a page is to the liquid that flows now.
 struct LiquidPage {
@@ -43,6 +51,7 @@ class Liquid final : public Rule {
   void view(const Cells& cells, PageId p, BlockId liquid);
   void view_edges(const Cells& cells, PageId p, BlockId liquid, LiquidView& into) const;
   bool store(Cells& cells, PageId p, BlockId liquid, std::atomic<uint64_t>& changed);
+  void spread_levels(Cells& cells, BlockId liquid, RuleReport& report);
   void level(Cells& cells, BlockId liquid, const Tick& tick, RuleReport& report);
   void add_targets(Cells& cells, std::vector<PageId>& pages, bool down);
   const LiquidPage* viewed(PageId p) const {
@@ -50,7 +59,8 @@ class Liquid final : public Rule {
   }
 
   const size_t rule_;
-  uint64_t round_ = 0;  // counts liquids over all ticks
+  uint64_t round_ = 0;        // counts liquids over all ticks
+  uint64_t slide_round_ = 0;  // and passes sideways
   std::vector<std::unique_ptr<LiquidPage>> pages_;
   std::vector<PageId> flowing_;
   std::vector<uint8_t> holds_, listed_;
@@ -161,7 +171,7 @@ void Liquid::add_targets(Cells& cells, std::vector<PageId>& pages, bool down) {
         add(around[kBelow]);
       continue;
     }
-    if (page.slides != round_) continue;
+    if (page.slides != slide_round_) continue;
     if (any(page.flow.side[0], [](int i) { return 448 + i; })) add(around[around_index(1, 0, 0)]);
     if (any(page.flow.side[1], [](int i) { return i * 8 + 7; })) add(around[around_index(0, 0, 1)]);
     if (any(page.flow.side[2], [](int i) { return i; })) add(around[around_index(-1, 0, 0)]);
@@ -227,42 +237,47 @@ void Liquid::flow_of(Cells& cells, BlockId liquid, const Tick& tick, RuleReport&
   });
 
   // Sideways.
-  restless_.assign(flowing_.size(), 0);
-  each(0, [&](PageId p, size_t n) {
-    LiquidView edges;
-    LiquidPage& page = *pages_[p];
-    view_edges(cells, p, liquid, edges);
-    std::copy(page.own, page.own + world::kLeafVoxels, edges.own);
-    const uint64_t hash = world::hash_combine(cells.hash(p) + tick.number * 0x9e3779b97f4a7c15ull, liquid);
-    const SideFlow flow = flow_sideways(edges, spread, hash, page.flow);
-    if (flow.flows) page.slides = round_;
-    restless_[n] = flow.restless;
-  });
-  for (size_t n = 0; n < flowing_.size(); ++n)
-    if (restless_[n]) cells.awake(rule_).add(flowing_[n]);
-  known = flowing_.size();
-  add_targets(cells, flowing_, false);
-  each(known, [&](PageId p, size_t) { view(cells, p, liquid); });
-  each(0, [&](PageId p, size_t) {
-    LiquidPage& page = *pages_[p];
-    const std::array<PageId, 27>& around = cells.around(p);
-    constexpr size_t kFrom[kSides] = {around_index(-1, 0, 0), around_index(0, 0, -1), around_index(1, 0, 0),
-                                      around_index(0, 0, 1)};
-    LiquidInflow inflow;
-    bool in = page.slides == round_;
-    if (!in)
-      for (auto& side : page.flow.side) std::fill_n(side, world::kLeafVoxels, uint16_t{0});
-    for (int d = 0; d < kSides; ++d) {
-      const LiquidPage* from = viewed(around[kFrom[d]]);
-      if (!from || from->slides != round_) continue;
-      in = true;
-      for (int i = 0; i < 64; ++i) {
-        const int index = d == 0 ? 448 + i : d == 1 ? i * 8 + 7 : d == 2 ? i : i * 8;
-        inflow.side[d][i] = from->flow.side[d][index];
+  const int passes = std::clamp(tick.options->knobs.liquid_passes, 1, kMostPasses);
+  for (int pass = 0; pass < passes; ++pass) {
+    ++slide_round_;
+    restless_.assign(flowing_.size(), 0);
+    each(0, [&](PageId p, size_t n) {
+      LiquidView edges;
+      LiquidPage& page = *pages_[p];
+      view_edges(cells, p, liquid, edges);
+      std::copy(page.own, page.own + world::kLeafVoxels, edges.own);
+      const uint64_t turn = tick.number * static_cast<uint64_t>(passes) + static_cast<uint64_t>(pass);
+      const uint64_t hash = world::hash_combine(cells.hash(p) + turn * 0x9e3779b97f4a7c15ull, liquid);
+      const SideFlow flow = flow_sideways(edges, spread, hash, page.flow);
+      if (flow.flows) page.slides = slide_round_;
+      restless_[n] = flow.restless;
+    });
+    for (size_t n = 0; n < flowing_.size(); ++n)
+      if (restless_[n]) cells.awake(rule_).add(flowing_[n]);
+    known = flowing_.size();
+    add_targets(cells, flowing_, false);
+    each(known, [&](PageId p, size_t) { view(cells, p, liquid); });
+    each(0, [&](PageId p, size_t) {
+      LiquidPage& page = *pages_[p];
+      const std::array<PageId, 27>& around = cells.around(p);
+      constexpr size_t kFrom[kSides] = {around_index(-1, 0, 0), around_index(0, 0, -1), around_index(1, 0, 0),
+                                        around_index(0, 0, 1)};
+      LiquidInflow inflow;
+      bool in = page.slides == slide_round_;
+      if (!in)
+        for (auto& side : page.flow.side) std::fill_n(side, world::kLeafVoxels, uint16_t{0});
+      for (int d = 0; d < kSides; ++d) {
+        const LiquidPage* from = viewed(around[kFrom[d]]);
+        if (!from || from->slides != slide_round_) continue;
+        in = true;
+        for (int i = 0; i < 64; ++i) {
+          const int index = d == 0 ? 448 + i : d == 1 ? i * 8 + 7 : d == 2 ? i : i * 8;
+          inflow.side[d][i] = from->flow.side[d][index];
+        }
       }
-    }
-    if (in) apply_sideways(page.flow, inflow, page.own);
-  });
+      if (in) apply_sideways(page.flow, inflow, page.own);
+    });
+  }
 
   std::atomic<uint64_t> changed{0};
   moved_.assign(flowing_.size(), 0);
@@ -286,6 +301,93 @@ void Liquid::level(Cells& cells, BlockId liquid, const Tick& tick, RuleReport& r
   }
 }
 
+/// The rule of block games: full voxels are sources for ever; what flows has a level, seven below a source or under
+/// what falls, one less a step to the sides; it goes where nothing feeds it. Two sources beside one voxel make a third.
+void Liquid::spread_levels(Cells& cells, BlockId liquid, RuleReport& report) {
+  ++round_;
+  ++slide_round_;
+  const std::vector<PageId>& awake = cells.awake(rule_).now();
+  flowing_.clear();
+  for (const PageId p : awake)
+    if (const BlockId* blocks = cells.find_blocks(p); blocks && holds_block(blocks, liquid)) flowing_.push_back(p);
+  if (flowing_.empty()) return;
+  const auto each = [&](size_t from, auto work) {
+    world::parallel_ranges(flowing_.size() - from, kGrain, [&](size_t begin, size_t end) {
+      for (size_t n = from + begin; n < from + end; ++n) work(flowing_[n]);
+    });
+  };
+  pages_.resize(cells.page_limit());
+  for (const PageId p : flowing_)
+    if (!pages_[p]) pages_[p] = std::make_unique<LiquidPage>();
+  each(0, [&](PageId p) { view(cells, p, liquid); });
+  // What each voxel offers: to below that it falls, to the sides a level.
+  each(0, [&](PageId p) {
+    LiquidView edges;
+    view_edges(cells, p, liquid, edges);
+    LiquidPage& page = *pages_[p];
+    page.falls = round_, page.slides = slide_round_;
+    for (int i = 0; i < world::kLeafVoxels; ++i) {
+      const uint16_t here = page.own[i] == kNoEntry ? uint16_t{0} : page.own[i];
+      const uint16_t below = (i & 56) != 0 ? page.own[i - 8] : edges.below[beside_y(i)];
+      // A level that may fall goes nowhere else; a source spreads all the same.
+      const bool borne = below >= kFullVoxel || here >= kFullVoxel;
+      const int level = (here + kGameLevel - 1) / kGameLevel;
+      page.flow.down[i] = here > 0 && below < kFullVoxel;
+      const uint16_t offer = borne && level > 1 ? static_cast<uint16_t>(level - 1) : uint16_t{0};
+      for (auto& side : page.flow.side) side[i] = offer;
+    }
+  });
+  size_t known = flowing_.size();
+  add_targets(cells, flowing_, true);
+  add_targets(cells, flowing_, false);
+  each(known, [&](PageId p) { view(cells, p, liquid); });
+  // What each voxel becomes.
+  each(0, [&](PageId p) {
+    LiquidPage& page = *pages_[p];
+    const std::array<PageId, 27>& around = cells.around(p);
+    const auto of = [&](PageId from, int index, int side) -> uint16_t {
+      const LiquidPage* other = viewed(from);
+      if (!other || other->slides != slide_round_) return 0;
+      return side < 0 ? other->flow.down[index] : other->flow.side[side][index];
+    };
+    LiquidView edges;
+    view_edges(cells, p, liquid, edges);
+    uint16_t next[world::kLeafVoxels];
+    for (int i = 0; i < world::kLeafVoxels; ++i) {
+      next[i] = page.own[i];
+      if (page.own[i] >= kFullVoxel) continue;  // a source, or a wall
+      const bool falls = (i & 56) != 56 ? of(p, i + 8, -1) : of(around[kAbove], i - 56, -1);
+      uint16_t offers[kSides];
+      offers[0] = i >= 64 ? of(p, i - 64, 0) : of(around[around_index(-1, 0, 0)], i + 448, 0);
+      offers[1] = (i & 7) != 0 ? of(p, i - 1, 1) : of(around[around_index(0, 0, -1)], i + 7, 1);
+      offers[2] = i < 448 ? of(p, i + 64, 2) : of(around[around_index(1, 0, 0)], i - 448, 2);
+      offers[3] = (i & 7) != 7 ? of(p, i + 1, 3) : of(around[around_index(0, 0, 1)], i - 7, 3);
+      const auto sources = std::count(offers, offers + kSides, uint16_t{kGameLevels - 1});
+      const uint16_t below = (i & 56) != 0 ? page.own[i - 8] : edges.below[beside_y(i)];
+      const int level = falls ? kGameLevels - 1 : *std::max_element(offers, offers + kSides);
+      const bool source = sources >= 2 && below >= kFullVoxel;
+      next[i] = source ? uint16_t{kFullVoxel} : static_cast<uint16_t>(level * kGameLevel);
+    }
+    std::copy(next, next + world::kLeafVoxels, page.flow.down);  // not own yet: neighbours look at it
+  });
+  each(0, [&](PageId p) { std::copy_n(pages_[p]->flow.down, world::kLeafVoxels, pages_[p]->own); });
+  std::atomic<uint64_t> changed{0};
+  std::atomic<int64_t> made{0}, gone{0};
+  each(0, [&](PageId p) {
+    int64_t before = 0, after = 0;
+    for (int i = 0; i < world::kLeafVoxels; ++i) {
+      if (cells.block(p, i) == liquid) before += cells.amount(p, i);
+      if (pages_[p]->own[i] != kNoEntry) after += pages_[p]->own[i];
+    }
+    store(cells, p, liquid, changed);
+    (after > before ? made : gone) += std::abs(after - before);
+  });
+  if (made > 0) cells.book(liquid, made);
+  if (gone > 0) cells.book(liquid, -gone);
+  report.voxels_changed += changed;
+  report.leaves_visited += flowing_.size();
+}
+
 RuleReport Liquid::step(Cells& cells, const Tick& tick) {
   RuleReport report;
   AwakeSet& set = cells.awake(rule_);
@@ -301,6 +403,14 @@ RuleReport Liquid::step(Cells& cells, const Tick& tick) {
       liquids.push_back(block);
   std::stable_sort(liquids.begin(), liquids.end(),
                    [&](BlockId a, BlockId b) { return cells.traits()[a].density > cells.traits()[b].density; });
+  if (tick.options->knobs.liquid_model == LiquidModel::levels) {
+    if (tick.number % kGameTicks == 0)
+      for (const BlockId liquid : liquids) spread_levels(cells, liquid, report);
+    else
+      for (const PageId p : set.now()) set.add(p);
+    cells.spread();
+    return report;
+  }
   for (const BlockId liquid : liquids) flow_of(cells, liquid, tick, report);
   watch_.resize(cells.page_limit(), 0);
   levelled_.resize(cells.page_limit(), 0);

@@ -139,5 +139,46 @@ TEST(Liquid, SleepChangesNothing) {
   }
 }
 
+MatterOptions of_block_games() {
+  MatterOptions options;
+  options.knobs.liquid_model = LiquidModel::levels;
+  return options;
+}
+
+// As block games do: a source on a plane reaches seven voxels far, in a diamond, and the rest dries when it is gone.
+TEST(Liquid, LevelsReachSevenVoxelsFromASourceAndGoWithIt) {
+  World world = basin({{0, 0, 0}, {30, 4, 30}});
+  const BlockId water = block_named(world, "water");
+  fill(world, {{15, 0, 15}, {15, 0, 15}}, water);
+  Matter matter(world, of_block_games());
+  for (int i = 0; i < 100; ++i) matter.step();
+  matter.flush();
+  EXPECT_TRUE(matter.settled());
+  for (int x = 0; x <= 30; ++x)
+    for (int z = 0; z <= 30; ++z) {
+      const int steps = std::abs(x - 15) + std::abs(z - 15);
+      EXPECT_EQ(matter.amount_at({x, 0, z}), std::max(8 - steps, 0) * 512) << x << ", " << z;
+    }
+  for (const LedgerRow& row : matter.ledger()) EXPECT_TRUE(row.exact()) << row.substance << ": what is made is booked";
+  fill(world, {{15, 0, 15}, {15, 0, 15}}, kAir);
+  for (int i = 0; i < 200; ++i) matter.step();
+  EXPECT_EQ(matter.amount(water), 0);
+}
+
+// Hard case CM3's other half: there two sources make a third, for ever.
+TEST(Liquid, TwoSourcesOfBlockGamesMakeAThird) {
+  World world = basin({{0, 0, 0}, {2, 2, 0}});
+  const BlockId water = block_named(world, "water");
+  fill(world, {{0, 0, 0}, {0, 0, 0}}, water);
+  fill(world, {{2, 0, 0}, {2, 0, 0}}, water);
+  Matter matter(world, of_block_games());
+  for (int turn = 0; turn < 20; ++turn) {
+    for (int i = 0; i < 30; ++i) matter.step();
+    matter.flush();
+    ASSERT_EQ(matter.amount_at({1, 0, 0}), kFullVoxel) << "bucket " << turn;
+    fill(world, {{1, 0, 0}, {1, 0, 0}}, kAir);
+  }
+}
+
 }  // namespace
 }  // namespace sim

@@ -1,0 +1,12 @@
+/// Choices of the knob liquid_model.
+#pragma once
+
+#include <array>
+#include <string_view>
+
+namespace sim {
+
+enum class LiquidModel { levels, finite };
+constexpr auto knob_choices(LiquidModel) { return std::array<std::string_view, 2>{"levels", "finite"}; }
+
+}  // namespace sim
