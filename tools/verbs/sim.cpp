@@ -154,8 +154,10 @@ world::Result<int> run_sim(const SimOptions& options) {
   StopAfterTick stop;
   Progress progress;
   const auto start = std::chrono::steady_clock::now();
-  Recording recording{
-      .scene = options.scene, .commit = {}, .seed = matter_options.seed, .start = matter.tick(), .marks = {}};
+  Recording recording;
+  recording.scene = options.scene;
+  recording.seed = matter_options.seed;
+  recording.start = matter.tick();
   for (const auto& row : sim::sim_knobs().rows()) recording.knobs[row.name] = row.get(matter_options.knobs);
   const auto mark = [&] {
     if (options.record.empty() || matter.tick() == recording.start) return;
