@@ -126,13 +126,16 @@ StepReport Matter::step() {
     if (!cells_) return report;
   }
   follow_edits();
+  for (size_t r = 0; r < rules_.size(); ++r)
+    if (!rules_[r].rule) cells_->awake(r).clear();
+  if (settled()) {
+    close();
+    return report;
+  }
+  closed_ = false;
   for (size_t r = 0; r < rules_.size(); ++r) {
     Running& running = rules_[r];
-    if (!running.rule) {
-      cells_->awake(r).clear();
-      continue;
-    }
-    if (cells_->awake(r).empty()) continue;
+    if (!running.rule || cells_->awake(r).empty()) continue;
     const auto start = std::chrono::steady_clock::now();
     const RuleReport done = running.rule->step(*cells_, tick);
     running.ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
@@ -150,11 +153,18 @@ StepReport Matter::step() {
     made_kinds_ = made;
     call_rules();
   }
-  if (settled()) {
-    flush();
-    cells_->close_idle();
-  }
+  for (size_t r = 0; r < rules_.size(); ++r)
+    if (!rules_[r].rule) cells_->awake(r).clear();
+  if (settled()) close();
   return report;
+}
+
+/// Writes everything back and holds nothing, once all is at rest.
+void Matter::close() {
+  if (closed_) return;
+  closed_ = true;
+  flush();
+  cells_->close_idle();
 }
 
 void Matter::wake_all() {

@@ -81,6 +81,8 @@ class Matter {
   struct Running;
   void call_rules();
   void follow_edits();
+  void close();
+  bool closed_ = false;
   world::World& world_;
   MatterOptions options_;
   uint64_t tick_;
