@@ -117,6 +117,7 @@ class Cells {
   /// plain, with grains of one kind, which that is.
   bool met(world::BlockId id) const { return id < met_.size() && met_[id]; }
   bool met_liquid() const { return met_liquid_; }
+  bool met_fluid() const { return met_fluid_; }  // or a gas
   bool met_one_kind(world::BlockId& kind) const {
     kind = met_kind_;
     return !met_rich_;
@@ -243,11 +244,12 @@ class Cells {
   std::vector<AwakeSet> awake_;
   void meet(world::BlockId id, Content content) {
     std::atomic_ref<uint8_t>(met_[id]).store(1, std::memory_order_relaxed);
+    met_fluid_.store(true, std::memory_order_relaxed);
     if (content == Content::liquid) met_liquid_.store(true, std::memory_order_relaxed);
   }
   std::vector<uint8_t> met_;    // by block: fluids
   std::vector<Booked> booked_;  // by block
-  std::atomic<bool> met_liquid_{false}, met_rich_{false};
+  std::atomic<bool> met_liquid_{false}, met_fluid_{false}, met_rich_{false};
   world::BlockId met_kind_ = kNoKind;
 };
 

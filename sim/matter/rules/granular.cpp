@@ -48,6 +48,14 @@ class Granular final : public Rule {
     uint16_t index;
     BlockId block;
   };
+  /// Of one page: what comes where grains went, then the grains that come, and the places where those are smooth and
+  /// steep.
+  struct Swaps {
+    size_t count = 0, grains_from = 0;
+    bool reads_fluids = false;  // else what comes where grains went is air, and isn't listed
+    LeafMask smooth, steep;
+    Swap swap[world::kLeafVoxels];
+  };
   struct CellSwap {
     int index;
     Cell cell;
@@ -62,9 +70,8 @@ class Granular final : public Rule {
   std::vector<PageId> plain_, rich_;               // targets in which bits move; in which what voxels hold moves along
   std::vector<LeafMask> moved_;                    // by plain
   std::vector<PageMoves> moves_;                   // by rich
-  std::vector<std::vector<Swap>> swaps_;           // by rich: what comes where grains went, then the grains that come
+  std::vector<Swaps> swaps_;                       // by rich
   std::vector<std::vector<CellSwap>> cell_swaps_;  // the same where pages hold more than ids
-  std::vector<size_t> grains_come_;                // by rich: where the second part starts
 };
 
 /// Whether bits say all of what happens in the page: it has no ids to keep right, and nothing but one kind of grain may
@@ -161,10 +168,12 @@ void Granular::find_targets(Cells& cells) {
 void Granular::read_swaps(Cells& cells, size_t n) {
   const PageId p = rich_[n];
   const PageMoves& m = moves_[n];
-  std::vector<Swap>& swaps = swaps_[n];
-  swaps.clear();
+  Swaps& swaps = swaps_[n];
+  swaps.count = 0;
+  swaps.smooth = swaps.steep = {};
   cell_swaps_[n].clear();
-  const auto read = [&](const LeafMask& mask, int face) {
+  const Roughness* rough = pages_[p].places_of == kMixedPlaces ? roughness_[p].get() : nullptr;
+  const auto read = [&](const LeafMask& mask, int face, bool grains) {
     if (mask.is_none()) return;
     // Along the face's axis an index is `stride` apart from its neighbour's, or at the other end of the next page.
     const int axis = world::face_axis(face), stride = axis == 0 ? 64 : axis == 1 ? 8 : 1;
@@ -174,24 +183,40 @@ void Granular::read_swaps(Cells& cells, size_t n) {
     const PageId beyond = cells.around(p)[static_cast<size_t>(around_index(d.x, d.y, d.z))];
     const bool whole = cells.holds_more(p) || cells.holds_more(beyond);
     const BlockId *own = cells.find_blocks(p), *other = cells.find_blocks(beyond);
+    Swap* end = swaps.swap + swaps.count;
     for (int x = 0; x < 8; ++x) {
+      uint64_t smooth = 0, steep = 0;
+      const auto take = [&](int i, BlockId block) {
+        *end++ = {static_cast<uint16_t>(i), block};
+        if (!grains || !rough) return;
+        const BlockTraits& traits = cells.traits()[block];
+        const uint32_t r = (*rough)[static_cast<size_t>(i)];
+        smooth |= static_cast<uint64_t>(r < traits.smooth_of) << (i & 63);
+        steep |= static_cast<uint64_t>(r < traits.steep_of) << (i & 63);
+      };
       for (uint64_t bits = mask.word[x] & ~edge.word[x]; bits; bits &= bits - 1) {
         const int i = x * 64 + std::countr_zero(bits);
         if (whole) cell_swaps_[n].push_back({i, cells.cell(p, i + step)});
-        swaps.push_back({static_cast<uint16_t>(i), own[i + step]});
+        take(i, own[i + step]);
       }
       for (uint64_t bits = mask.word[x] & edge.word[x]; bits; bits &= bits - 1) {
         const int i = x * 64 + std::countr_zero(bits), there = i - 7 * step;
         if (whole) cell_swaps_[n].push_back({i, cells.cell(beyond, there)});
-        swaps.push_back({static_cast<uint16_t>(i), other ? other[there] : cells.block(beyond, there)});
+        take(i, other ? other[there] : cells.block(beyond, there));
       }
+      swaps.smooth.word[x] |= smooth, swaps.steep.word[x] |= steep;
     }
+    swaps.count = static_cast<size_t>(end - swaps.swap);
   };
-  read(m.out_below, world::kFaceNegY);
-  for (int d = 0; d < kSides; ++d) read(m.out[d], kSideFace[d]);
-  grains_come_[n] = swaps.size();
-  read(m.in_above, world::kFacePosY);
-  for (int d = 0; d < kSides; ++d) read(m.in[d], world::opposite_face(kSideFace[d]));
+  // Without a fluid anywhere, and without heat, what comes for a grain is air.
+  swaps.reads_fluids = cells.met_fluid() || cells.holds_more(p);
+  if (swaps.reads_fluids) {
+    read(m.out_below, world::kFaceNegY, false);
+    for (int d = 0; d < kSides; ++d) read(m.out[d], kSideFace[d], false);
+  }
+  swaps.grains_from = swaps.count;
+  read(m.in_above, world::kFacePosY, true);
+  for (int d = 0; d < kSides; ++d) read(m.in[d], world::opposite_face(kSideFace[d]), true);
 }
 
 /// Writes what read_swaps() found, and the planes of it. Returns the voxels that changed.
@@ -208,23 +233,31 @@ LeafMask Granular::write_swaps(Cells& cells, size_t n) {
     occupied.word[x] = (occupied.word[x] & ~gone) | come;
     moved.word[x] = gone | come;
   }
-  const std::vector<Swap>& swaps = swaps_[n];
-  if (swaps.empty()) return moved;
+  const Swaps& swaps = swaps_[n];
+  if (moved.is_none()) return moved;
   Cells::Blocks& blocks = cells.blocks(p);
+  GranularPage& page = pages_[p];
   bool rich = false;
+  for (int x = 0; x < 8; ++x) {
+    const uint64_t come = grain.word[x] & moved.word[x], gone = moved.word[x] & ~come;
+    if (page.places_of == kMixedPlaces) {
+      page.smooth.word[x] = (page.smooth.word[x] & ~come) | swaps.smooth.word[x];
+      page.steep.word[x] = (page.steep.word[x] & ~come) | swaps.steep.word[x];
+    }
+    if (swaps.reads_fluids) continue;
+    for (uint64_t bits = gone; bits; bits &= bits - 1)
+      blocks[static_cast<size_t>(x * 64 + std::countr_zero(bits))] = world::kAir;
+  }
   size_t k = 0;
-  for (; k < grains_come_[n]; ++k) {
-    blocks[swaps[k].index] = swaps[k].block;
-    rich |= swaps[k].block != world::kAir;
+  for (; k < swaps.grains_from; ++k) {
+    blocks[swaps.swap[k].index] = swaps.swap[k].block;
+    rich |= swaps.swap[k].block != world::kAir;
   }
   BlockId kind = cells.kind(p);
-  GranularPage& page = pages_[p];
-  const Roughness* rough = page.places_of == kMixedPlaces ? roughness_[p].get() : nullptr;
-  for (; k < swaps.size(); ++k) {
-    blocks[swaps[k].index] = swaps[k].block;
-    if (rough) set_place(page, swaps[k].index, (*rough)[swaps[k].index], cells.traits()[swaps[k].block]);
-    if (kind == Cells::kNoKind) kind = swaps[k].block;
-    rich |= swaps[k].block != kind;
+  if (kind == Cells::kNoKind && k < swaps.count) kind = swaps.swap[k].block;
+  for (; k < swaps.count; ++k) {
+    blocks[swaps.swap[k].index] = swaps.swap[k].block;
+    rich |= swaps.swap[k].block != kind;
   }
   cells.set_kind(p, kind);
   if (rich) cells.set_rich(p);
@@ -283,7 +316,6 @@ RuleReport Granular::step(Cells& cells, const Tick& tick) {
   }
   moves_.resize(rich_.size());
   if (swaps_.size() < rich_.size()) swaps_.resize(rich_.size()), cell_swaps_.resize(rich_.size());
-  grains_come_.resize(rich_.size());
   world::parallel_ranges(rich_.size(), kGrain, [&](size_t begin, size_t end) {
     const auto part = std::span<const PageId>(rich_).subspan(begin, end - begin);
     find_moves(planes(), part, moves_.data() + begin);
@@ -309,7 +341,7 @@ RuleReport Granular::step(Cells& cells, const Tick& tick) {
     for (size_t n = begin; n < end; ++n) {
       const LeafMask moved = write_swaps(cells, n);
       if (!moved.is_none()) cells.stir(rich_[n], moved);
-      changed += swaps_[n].size();
+      changed += static_cast<uint64_t>(moved.count());
     }
   });
   cells.spread();
