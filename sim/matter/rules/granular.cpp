@@ -18,7 +18,7 @@ namespace {
 using world::BlockId;
 using world::LeafMask;
 
-constexpr size_t kGrain = 32;  // pages a task
+constexpr size_t kGrain = 128;  // pages a task
 
 class Granular final : public Rule {
  public:
