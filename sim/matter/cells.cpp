@@ -510,6 +510,8 @@ size_t Cells::bytes() const {
                slots_.size() * sizeof(Slots);
   for (const auto& blocks : blocks_)
     if (blocks) all += sizeof(Blocks);
+  for (const auto& amounts : amounts_)
+    if (amounts) all += sizeof(Amounts);
   for (const auto& heats : heats_)
     if (heats) all += sizeof(Heats);
   return all;

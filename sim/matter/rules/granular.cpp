@@ -208,8 +208,11 @@ void Granular::read_swaps(Cells& cells, size_t n) {
     }
     swaps.count = static_cast<size_t>(end - swaps.swap);
   };
-  // Without a fluid anywhere, and without heat, what comes for a grain is air.
-  swaps.reads_fluids = cells.met_fluid() || cells.holds_more(p);
+  // Without a fluid anywhere, and without heat here or beside it, what comes for a grain is air.
+  const std::array<PageId, 27>& around = cells.around(p);
+  swaps.reads_fluids = cells.met_fluid() || cells.holds_more(p) || cells.holds_more(around[kBelow]);
+  for (const world::VoxelPos& step : kSideStep)
+    swaps.reads_fluids |= cells.holds_more(around[static_cast<size_t>(around_index(step.x, step.y, step.z))]);
   if (swaps.reads_fluids) {
     read(m.out_below, world::kFaceNegY, false);
     for (int d = 0; d < kSides; ++d) read(m.out[d], kSideFace[d], false);

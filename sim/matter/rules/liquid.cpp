@@ -1,11 +1,11 @@
 /// liquid: water, oil, lava and others of finite volume. Falls, spreads by differences of level, and by weight through
-/// basins that communicate; heavier liquids sink under lighter ones. The flows: sim/matter/liquid_kernel.h.
+/// basins that communicate. The flows: sim/matter/liquid_kernel.h.
 ///
 /// knobs  liquid_model: finite volumes, or the levels of block games, which make and lose liquid (booked);
 ///        liquid_passes: rounds sideways in a tick
 ///
 /// A tick takes the liquids one after the other, the heaviest first. A voxel holds one of them. What is neither that
-/// liquid nor air is a wall to it; walls of lighter fluids it changes places with, in pairs of layers by turns.
+/// liquid nor air is a wall to it: liquids don't sink under one another, and gases bear them.
 #include <algorithm>
 #include <atomic>
 #include <memory>
@@ -433,7 +433,7 @@ RuleReport Liquid::step(Cells& cells, const Tick& tick) {
 
 RuleInfo liquid_info() {
   return {.name = "liquid",
-          .what = "water, oil, lava and others flow, find their level and lie in layers",
+          .what = "water, oil, lava and others flow and find their level",
           .conserves = "amount of each liquid",
           .calls = [](const world::Block& block) { return block.phase == world::Phase::liquid; }};
 }
