@@ -6,6 +6,7 @@
 
 #include "sim/matter/liquid_kernel.h"
 #include "world/base/random.h"
+#include "world/store/leaf_sets.h"
 #include "world/store/leaf_shifts.h"
 
 namespace sim {
@@ -25,21 +26,6 @@ size_t index_in_tile(LeafPos d) { return static_cast<size_t>((d.x * kTileLeaves 
 bool inside_tile(LeafPos d) {
   const auto in = [](int32_t c) { return c >= 0 && c < kTileLeaves; };
   return in(d.x) && in(d.y) && in(d.z);
-}
-LeafMask operator&(const LeafMask& a, const LeafMask& b) {
-  LeafMask m;
-  for (int x = 0; x < 8; ++x) m.word[x] = a.word[x] & b.word[x];
-  return m;
-}
-LeafMask operator|(const LeafMask& a, const LeafMask& b) {
-  LeafMask m;
-  for (int x = 0; x < 8; ++x) m.word[x] = a.word[x] | b.word[x];
-  return m;
-}
-LeafMask without(const LeafMask& a, const LeafMask& b) {
-  LeafMask m;
-  for (int x = 0; x < 8; ++x) m.word[x] = a.word[x] & ~b.word[x];
-  return m;
 }
 /// All of `within` that touches `mask` through it.
 LeafMask grown(const LeafMask& start, const LeafMask& within) {
@@ -172,9 +158,7 @@ void LiquidLevels::find_tops(Cells& cells, LeafPos low, uint64_t round, uint64_t
     (beside ? beside_ : tops_).push_back(top);
   };
   const auto each = [](const LeafMask& mask, auto visit) {
-    for (int x = 0; x < 8; ++x)
-      for (uint64_t bits = mask.word[x]; bits; bits &= bits - 1)
-        visit(world::offset_in_leaf(x * 64 + std::countr_zero(bits)));
+    world::for_each_voxel(mask, [&](int index) { visit(world::offset_in_leaf(index)); });
   };
   const auto is_body = [&](VoxelPos v) {
     const LeafPos d = world::leaf_from_voxel(v) - low;

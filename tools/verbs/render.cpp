@@ -1,7 +1,6 @@
 /// loam render SCENE or WORLD: one picture, or a row of them along a camera path.
 #include <algorithm>
 #include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -9,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "tools/interrupt.h"
 #include "tools/json_text.h"
 #include "tools/light.h"
 #include "tools/picture.h"
@@ -106,23 +106,6 @@ world::Result<render::RenderKnobs> choose_knobs(const RenderOptions& options,
     return world::usage_error("--spp other than 1 needs a backend that takes samples: raycast or reference");
   return knobs;
 }
-
-/// While it lives, the first Ctrl-C only asks to stop: a picture by samples ends with those that it has.
-class StopOnInterrupt {
- public:
-  StopOnInterrupt() {
-    asked_ = false;
-    std::signal(SIGINT, [](int) {
-      asked_ = true;
-      std::signal(SIGINT, SIG_DFL);
-    });
-  }
-  ~StopOnInterrupt() { std::signal(SIGINT, SIG_DFL); }
-  const std::atomic<bool>& asked() const { return asked_; }
-
- private:
-  static inline std::atomic<bool> asked_{false};
-};
 
 /// The rasterizer, but where the world is a fog volume, which it cannot draw; makes such a world look like fog.
 world::Status choose_backend(RenderOptions& options, world::World& world) {

@@ -1,7 +1,5 @@
 /// loam sim SCENE or WORLD: simulates without a picture, and says what moved, what it cost and whether the books agree.
-#include <atomic>
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <iostream>
 
@@ -9,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/matter/matter.h"
+#include "tools/interrupt.h"
 #include "tools/json_text.h"
 #include "tools/progress.h"
 #include "tools/recording.h"
@@ -30,23 +29,6 @@ struct SimOptions {
   uint64_t ticks = 0, seed = 0;
   int threads = 0;
   bool json = false, has_seed = false, has_ticks = false;
-};
-
-/// While it lives, the first Ctrl-C only asks to stop after the tick.
-class StopAfterTick {
- public:
-  StopAfterTick() {
-    asked_ = false;
-    std::signal(SIGINT, [](int) {
-      asked_ = true;
-      std::signal(SIGINT, SIG_DFL);
-    });
-  }
-  ~StopAfterTick() { std::signal(SIGINT, SIG_DFL); }
-  bool asked() const { return asked_; }
-
- private:
-  static inline std::atomic<bool> asked_{false};
 };
 
 struct SimResult {
@@ -151,7 +133,7 @@ world::Result<int> run_sim(const SimOptions& options) {
 
   const uint64_t most = options.has_ticks ? options.ticks : kMostTicks;
   SimResult result;
-  StopAfterTick stop;
+  StopOnInterrupt stop;
   Progress progress;
   const auto start = std::chrono::steady_clock::now();
   Recording recording;

@@ -21,6 +21,7 @@
 #include "sim/matter/heat_plan.h"
 #include "sim/matter/matter.h"
 #include "world/base/jobs.h"
+#include "world/store/leaf_sets.h"
 #include "world/store/leaf_shifts.h"
 
 namespace sim {
@@ -43,27 +44,6 @@ constexpr int kSmokes = 2;                             // fire that ends leaves 
 constexpr int kJumps = 4, kEats = 6, kEatenBurns = 1;  // of the model by chance
 constexpr size_t kFacePage[6] = {around_index(-1, 0, 0), around_index(1, 0, 0),  around_index(0, -1, 0),
                                  around_index(0, 1, 0),  around_index(0, 0, -1), around_index(0, 0, 1)};
-
-LeafMask operator&(const LeafMask& s, const LeafMask& t) {
-  LeafMask m;
-  for (int w = 0; w < 8; ++w) m.word[w] = s.word[w] & t.word[w];
-  return m;
-}
-LeafMask operator|(const LeafMask& s, const LeafMask& t) {
-  LeafMask m;
-  for (int w = 0; w < 8; ++w) m.word[w] = s.word[w] | t.word[w];
-  return m;
-}
-LeafMask without(const LeafMask& s, const LeafMask& t) {
-  LeafMask m;
-  for (int w = 0; w < 8; ++w) m.word[w] = s.word[w] & ~t.word[w];
-  return m;
-}
-template <class Visit>
-void for_each(const LeafMask& mask, Visit visit) {
-  for (int x = 0; x < 8; ++x)
-    for (uint64_t bits = mask.word[x]; bits; bits &= bits - 1) visit(x * 64 + std::countr_zero(bits));
-}
 
 struct Burning {
   uint16_t index;
@@ -212,7 +192,7 @@ void Fire::find_burning(const Cells& cells, PageId p, double dt) {
   std::array<BlockId, world::kLeafVoxels> ids;
   cells.ids(p, ids);
   const LeafMask fed = near(cells, p, &FirePage::feeds);
-  for_each(page.fuel, [&](int i) {
+  world::for_each_voxel(page.fuel, [&](int i) {
     const auto n = static_cast<size_t>(i);
     if (heats[n] <= 0) return;
     const FireTraits& t = (*blocks_)[ids[n]];
@@ -283,13 +263,13 @@ bool Fire::warm(Cells& cells, PageId p, double dt) {
     const LeafMask& cool_beyond = other == kClosedPage ? world::kNoneMask : pages_[other].cool;
     const int axis = world::face_axis(face), stride = axis == 0 ? 64 : axis == 1 ? 8 : 1;
     const int sign = world::face_sign(face);
-    for_each(lit & world::across(page.torch, torch_beyond, face), [&](int i) {
+    world::for_each_voxel(lit & world::across(page.torch, torch_beyond, face), [&](int i) {
       const bool leaves = (i / stride & 7) == (sign > 0 ? 7 : 0);
       const BlockId glows =
           leaves ? cells.block(other, i - sign * 7 * stride) : ids[static_cast<size_t>(i + sign * stride)];
       give(i, radiated(glows));
     });
-    for_each(radiates & world::across(page.cool, cool_beyond, face), [&](int i) {
+    world::for_each_voxel(radiates & world::across(page.cool, cool_beyond, face), [&](int i) {
       const auto n = static_cast<size_t>(i);
       heats[n] = static_cast<int32_t>(std::max<int64_t>(heats[n] - radiated(ids[n]), INT32_MIN / 2));
       changed = true;
@@ -325,7 +305,7 @@ void Fire::burn(Cells& cells, PageId p, const Tick& tick, LeafMask& changed) {
   }
   const LeafMask beside = near(cells, p, &FirePage::burns);
   if (blocks_->fire() != world::kAir)
-    for_each(page.air & beside & random(cells, p, tick, 0, kFlameRises), [&](int i) {
+    world::for_each_voxel(page.air & beside & random(cells, p, tick, 0, kFlameRises), [&](int i) {
       cells.transmute(p, i, {.block = blocks_->fire(), .amount = kFullVoxel});
       changed.set(i);
     });
@@ -339,7 +319,7 @@ void Fire::burn(Cells& cells, PageId p, const Tick& tick, LeafMask& changed) {
 void Fire::end_flames(Cells& cells, PageId p, const Tick& tick, const LeafMask& dying, LeafMask& changed) {
   if (dying.is_none()) return;
   const LeafMask smokes = random(cells, p, tick, 3, kSmokes);
-  for_each(dying, [&](int i) {
+  world::for_each_voxel(dying, [&](int i) {
     const bool smoke = smokes.test(i) && blocks_->smoke() != world::kAir;
     cells.transmute(p, i, smoke ? Cell{.block = blocks_->smoke(), .amount = kFullVoxel} : Cell{});
     changed.set(i);
@@ -357,13 +337,15 @@ void Fire::jump(Cells& cells, PageId p, const Tick& tick, LeafMask& changed) {
     cells.transmute(p, i, {.block = blocks_->fire(), .amount = kFullVoxel});
     changed.set(i);
   };
-  if (blocks_->fire() != world::kAir) for_each(page.air & lit & fuel & random(cells, p, tick, 0, kJumps), light);
+  if (blocks_->fire() != world::kAir)
+    world::for_each_voxel(page.air & lit & fuel & random(cells, p, tick, 0, kJumps), light);
   const LeafMask burns_on = random(cells, p, tick, 1, kEatenBurns);
-  for_each(page.fuel & lit & near(cells, p, &FirePage::feeds) & random(cells, p, tick, 2, kEats), [&](int i) {
-    if (burns_on.test(i) && blocks_->fire() != world::kAir) return light(i);
-    cells.transmute(p, i, {.block = (*blocks_)[cells.block(p, i)].leaves});
-    changed.set(i);
-  });
+  world::for_each_voxel(page.fuel & lit & near(cells, p, &FirePage::feeds) & random(cells, p, tick, 2, kEats),
+                        [&](int i) {
+                          if (burns_on.test(i) && blocks_->fire() != world::kAir) return light(i);
+                          cells.transmute(p, i, {.block = (*blocks_)[cells.block(p, i)].leaves});
+                          changed.set(i);
+                        });
   end_flames(cells, p, tick,
              (without(page.flame, fuel) & random(cells, p, tick, 4, kFlameDies)) |
                  (page.flame & fuel & random(cells, p, tick, 5, kLongFlame)),
