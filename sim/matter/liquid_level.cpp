@@ -6,8 +6,7 @@
 
 #include "sim/matter/liquid_kernel.h"
 #include "world/base/random.h"
-#include "world/store/leaf_sets.h"
-#include "world/store/leaf_shifts.h"
+#include "world/store/leaf_flood.h"
 
 namespace sim {
 
@@ -23,24 +22,13 @@ constexpr int kMostGiven = kFullVoxel / 2;
 constexpr int kMostOfVoxel = kFullVoxel / 4 * 3;
 
 size_t index_in_tile(LeafPos d) { return static_cast<size_t>((d.x * kTileLeaves + d.y) * kTileLeaves + d.z); }
+LeafPos offset_in_tile(size_t index) {
+  return {static_cast<int32_t>(index / 256), static_cast<int32_t>(index / 16 % 16), static_cast<int32_t>(index % 16)};
+}
 bool inside_tile(LeafPos d) {
   const auto in = [](int32_t c) { return c >= 0 && c < kTileLeaves; };
   return in(d.x) && in(d.y) && in(d.z);
 }
-/// All of `within` that touches `mask` through it.
-LeafMask grown(const LeafMask& start, const LeafMask& within) {
-  LeafMask mask = start;
-  if (!mask.is_none() && within.is_all()) return within;
-  for (;;) {
-    LeafMask more = mask;
-    for (int face = 0; face < world::kFaces; ++face) more = more | world::across(mask, world::kNoneMask, face);
-    more = more & within;
-    more = more | mask;
-    if (more == mask) return mask;
-    mask = more;
-  }
-}
-
 }  // namespace
 
 void LiquidLevels::read(Cells& cells, BlockId liquid, Leaf& leaf) {
@@ -167,8 +155,7 @@ void LiquidLevels::find_tops(Cells& cells, LeafPos low, uint64_t round, uint64_t
     return leaf.read == tile_ && leaf.in_body == number_ && leaf.body.test(v) && leaf.full.test(v);
   };
   for (const size_t index : body_) {
-    const LeafPos d{static_cast<int32_t>(index / 256), static_cast<int32_t>(index / 16 % 16),
-                    static_cast<int32_t>(index % 16)};
+    const LeafPos d = offset_in_tile(index);
     const Leaf& leaf = leaves_[index];
     const VoxelPos corner = world::voxel_from_leaf(low + d);
     each(leaf.body & leaf.conduit, [&](VoxelPos o) {
@@ -219,7 +206,7 @@ LiquidLevels::Result LiquidLevels::level(Cells& cells, BlockId liquid, std::span
   std::vector<std::pair<LeafPos, size_t>> by_tile;
   for (size_t n = 0; n < pages.size(); ++n) by_tile.emplace_back(tile_of(cells.pos(pages[n])), n);
   std::sort(by_tile.begin(), by_tile.end());
-  std::vector<std::pair<size_t, LeafMask>> work;
+  world::LeafFront front;
   for (size_t begin = 0, end; begin < by_tile.size(); begin = end) {
     const LeafPos tile = by_tile[begin].first;
     for (end = begin; end < by_tile.size() && by_tile[end].first == tile;) ++end;
@@ -240,32 +227,24 @@ LiquidLevels::Result LiquidLevels::level(Cells& cells, BlockId liquid, std::span
         }
         body_.clear();
         ++number_;
-        work.assign(1, {index_in_tile(start), seed_mask});
-        while (!work.empty()) {
-          const auto [index, reached] = work.back();
-          work.pop_back();
-          Leaf& leaf = leaves_[index];
-          const LeafMask fresh = grown(reached & leaf.left, leaf.left);
-          if (fresh.is_none()) continue;
-          leaf.left = without(leaf.left, fresh);
-          if (leaf.in_body != number_) {
-            leaf.in_body = number_;
-            leaf.body = {};
-            body_.push_back(index);
-          }
-          leaf.body = leaf.body | fresh;
-          const LeafPos d{static_cast<int32_t>(index / 256), static_cast<int32_t>(index / 16 % 16),
-                          static_cast<int32_t>(index % 16)};
-          for (int face = 0; face < world::kFaces; ++face) {
-            if ((fresh & world::side_of(face)).is_none()) continue;
-            const VoxelPos step = world::face_step(face);
-            const LeafPos next = d + LeafPos{step.x, step.y, step.z};
-            if (!inside_tile(next)) continue;
-            // Bits of the next leaf that touch ours: as seen from there, across its opposite face.
-            const LeafMask touched = world::across(world::kNoneMask, fresh, world::opposite_face(face));
-            if (!(touched & leaf_at(cells, low, next).left).is_none()) work.emplace_back(index_in_tile(next), touched);
-          }
-        }
+        front.assign(1, {index_in_tile(start), seed_mask});
+        world::flood_leaves(
+            front, [&](size_t index) -> LeafMask& { return leaf_at(cells, low, offset_in_tile(index)).left; },
+            [&](size_t index, int face) {
+              const VoxelPos step = world::face_step(face);
+              const LeafPos next = offset_in_tile(index) + LeafPos{step.x, step.y, step.z};
+              return inside_tile(next) ? index_in_tile(next) : world::kNoLeaf;
+            },
+            [&](size_t index, const LeafMask& fresh) {
+              Leaf& leaf = leaves_[index];
+              if (leaf.in_body != number_) {
+                leaf.in_body = number_;
+                leaf.body = {};
+                body_.push_back(index);
+              }
+              leaf.body = leaf.body | fresh;
+              return true;
+            });
         find_tops(cells, low, round, seed);
         if (!level_body(cells, liquid, result.voxels_changed)) continue;
         for (const size_t index : body_) leaves_[index].moved = true;

@@ -71,7 +71,7 @@ Matter::~Matter() = default;
 /// Makes the rules that are called for now and weren't.
 void Matter::call_rules() {
   const std::vector<RuleRow>& rows = rule_rows();
-  bool made = false;
+  std::vector<size_t> made;
   std::vector<world::BlockId> present;
   for (const auto& [id, count] : world_.store.census()) present.push_back(id);
   // What rules made since.
@@ -91,9 +91,9 @@ void Matter::call_rules() {
       running.why = "the scene asks for it";
       running.rule = rows[r].make(r);
     }
-    made |= running.rule != nullptr;
+    if (running.rule) made.push_back(r);
   }
-  if (!made) return;
+  if (made.empty()) return;
   if (!cells_) cells_ = std::make_unique<Cells>(world_.store, options_.seed, rows.size(), floor_of(world_));
   std::vector<uint8_t> feels_heat;
   bool any_feels_heat = false;
@@ -103,6 +103,8 @@ void Matter::call_rules() {
   }
   cells_->set_feels_heat(std::move(feels_heat));
   cells_->wake_all(any_feels_heat ? blocks_out_of_rest(*world_.palette) : std::vector<uint8_t>{});
+  flush();
+  for (const size_t r : made) rules_[r].rule->start(*cells_, options_);
 }
 
 /// What others put in and took out, by the census: a voxel counts as full.
@@ -196,7 +198,11 @@ uint64_t Matter::state_hash() {
       layers += world::random_bits(static_cast<uint64_t>(int64_t{value}), v.x, v.y, v.z, static_cast<uint64_t>(layer));
     });
   }
-  return world::hash_combine(world_.store.content_hash(), layers);
+  uint64_t hash = world::hash_combine(world_.store.content_hash(), layers);
+  for (const Running& running : rules_)
+    if (running.rule)
+      for (const char c : running.rule->state()) hash = world::hash_combine(hash, static_cast<unsigned char>(c));
+  return hash;
 }
 
 std::map<world::BlockId, int64_t> Matter::amounts() {

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "sim/matter/cells.h"
+#include "world/base/errors.h"
 
 namespace sim {
 
@@ -47,6 +48,13 @@ struct RuleInfo {
 class Rule {
  public:
   virtual ~Rule() = default;
+  /// Before its first tick; the store holds all that the cells do.
+  virtual void start(Cells&, const MatterOptions&) {}
+  /// What it holds beside blocks and layers and needs to go on as if never stopped, as lines of text; empty where it
+  /// holds nothing. It counts in the hash of the state, and is saved with the world.
+  virtual std::string state() const { return {}; }
+  /// Takes in what state() gave, after start(). Fails where that isn't a state of this rule in this world.
+  virtual world::Status restore(Cells&, std::string_view) { return {}; }
   /// One tick of it on the pages that are awake for it; changes are told to cells.wake().
   virtual RuleReport step(Cells& cells, const Tick& tick) = 0;
 };

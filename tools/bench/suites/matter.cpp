@@ -3,6 +3,7 @@
 #include "tools/bench/matter/body_rows.h"
 #include "tools/bench/matter/heat_rows.h"
 #include "tools/bench/matter/rule_rows.h"
+#include "tools/bench/matter/support_rows.h"
 
 namespace tools {
 
@@ -10,6 +11,7 @@ void add_suite_matter(Registry& registry) {
   add_rule_rows(registry);
   add_body_rows(registry);
   add_heat_rows(registry);
+  add_support_rows(registry);
 }
 
 }  // namespace tools
