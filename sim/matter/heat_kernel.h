@@ -13,31 +13,40 @@
 /// sleep: differences under 6 units of the smaller capacity (0.1 K in air, 0.36 K in fire, 60 µK in stone), or under
 /// 1/64 unit a step.
 ///
+/// Each face within a page is found once, those of its sides from both pages. What a voxel is comes from a table of the
+/// page's kinds, which is a register where there are at most eight.
 /// cost   measured by `loam bench run matter`
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "sim/matter/thermal.h"
 
 namespace sim {
 
-/// By voxel of a page that isn't of one material.
-struct ThermalArrays {
-  alignas(64) float inverse[world::kLeafVoxels];
-  alignas(64) float born[world::kLeafVoxels];
-  alignas(64) float low[world::kLeafVoxels];
-  alignas(64) float high[world::kLeafVoxels];
-  alignas(64) float resistance[world::kLeafVoxels];
-  alignas(64) float share[world::kLeafVoxels];
+/// The numbers of a ThermalVoxel, in their order.
+enum ThermalField : int { kInverse, kBorn, kLow, kHigh, kResistance, kShare };
+
+/// Whether its temperature is more than heat * inverse: no heat of 32 bits reaches limits of 1e9 K else.
+inline bool is_limited(const ThermalVoxel& v) {
+  return v.born != 0 || v.low > -1e9f || v.high < 1e9f || v.inverse > 0.4f;
+}
+
+/// A page that isn't of one material: what its voxels are, by number. About 1.3 KB, and 24 bytes a kind.
+struct ThermalKinds {
+  alignas(64) uint16_t kind[world::kLeafVoxels];
+  alignas(64) float few[6][8];  // the first eight kinds, by field: as vectors
+  std::vector<ThermalVoxel> all;
+  bool limited = false;  // any of them
 };
 
 /// A page as heat sees it.
 struct HeatSource {
   const int32_t* heat = nullptr;       // null: none
   const float* temperature = nullptr;  // where it is known already: instead of heat
-  const ThermalArrays* arrays = nullptr;
-  ThermalVoxel all = {};  // of every voxel, where there are no arrays
+  const ThermalKinds* kinds = nullptr;
+  ThermalVoxel all = {};  // of every voxel, where there are no kinds
   bool closed = false;
 };
 
@@ -48,13 +57,24 @@ struct HeatStep {
 };
 
 struct HeatResult {
-  bool flows = false;  // something flowed
-  bool live = false;   // something flows in this phase or another
-  world::LeafMask changed;
+  bool flows = false;         // something flowed
+  bool live = false;          // something flows in this phase or another
+  uint8_t sides_changed = 0;  // bit face: a voxel there is warmer or colder than it was
+  uint16_t changed = 0;       // voxels that are
 };
 
-/// `sides[face]`: the pages across. `heat`: what the page holds after the step.
-HeatResult conduct(const HeatSource& page, const HeatSource* sides, const HeatStep& step, int32_t* heat);
+/// What a later call will read and write: asked for while this one works, line by line. A world that is larger than the
+/// caches waited for memory twice as long as it worked: pages lie where they were allocated, which no processor
+/// foresees, and asking for a page at once fills the queue of misses.
+struct HeatAhead {
+  const int32_t* own = nullptr;  // heats of the page, and of sides[0], [1] and [3]
+  const int32_t *low_x = nullptr, *high_x = nullptr, *high_y = nullptr;
+  const int32_t* into = nullptr;
+};
+
+/// `sides[face]`: the pages across. `heat`: what the page holds after the step, where something flows.
+HeatResult conduct(const HeatSource& page, const HeatSource* sides, const HeatStep& step, int32_t* heat,
+                   const HeatAhead& ahead = {});
 /// Whether anything may flow through one side of the page, in any phase.
 bool side_is_live(const HeatSource& page, const HeatSource& beyond, int face, const HeatStep& step);
 /// The temperatures of a page, above rest.

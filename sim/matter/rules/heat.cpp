@@ -24,7 +24,8 @@ namespace {
 
 using world::BlockId;
 
-constexpr size_t kPagesATask = 16;
+constexpr size_t kPagesATask = 32, kLookupsATask = 1024;
+constexpr size_t kPagesAhead = 2;   // asked for: the next is across z of this one
 constexpr float kNoLimit = 1e6f;    // of a share
 constexpr double kLeftOver = 1e-4;  // of the implicit scheme's error, after its sweeps
 constexpr int kMostSweeps = 256;
@@ -37,7 +38,7 @@ struct HeatPage {
   uint32_t content = 0, heat = 0;  // the page's counters then, or when arrays were made
   bool ready = false, listed = false;
   ThermalVoxel all;
-  std::unique_ptr<ThermalArrays> arrays;
+  std::unique_ptr<ThermalKinds> kinds;  // where it isn't of one material
 };
 
 class Heat final : public Rule {
@@ -48,11 +49,17 @@ class Heat final : public Rule {
  private:
   void step_once(Cells& cells, const HeatStep& step, bool implicit, RuleReport& report);
   void find_pages(Cells& cells, const HeatStep& step);
+  void prepare_stale(const Cells& cells);
   void prepare(const Cells& cells, PageId p);
   bool is_stale(const Cells& cells, PageId p) const {
     return !pages_[p].ready || pages_[p].content != cells.content_changes(p);
   }
-  HeatSource source(const Cells& cells, PageId p) const;
+  void source(const Cells& cells, PageId p, HeatSource& into) const;
+  HeatSource source(const Cells& cells, PageId p) const {
+    HeatSource made;
+    source(cells, p, made);
+    return made;
+  }
   void sources_around(const Cells& cells, PageId p, HeatSource* sides) const;
   void conduct_explicit(Cells& cells, const HeatStep& step);
   void conduct_implicit(Cells& cells, const HeatStep& step);
@@ -65,7 +72,7 @@ class Heat final : public Rule {
   std::vector<PageId> list_, stale_;                  // pages of this step
   std::vector<std::unique_ptr<Cells::Heats>> heats_;  // by list_: after the step
   std::vector<HeatResult> results_;
-  std::vector<uint32_t> sides_changed_;  // by list_: bit face
+  std::vector<uint8_t> looks_;  // by page: is awake in the next step
   // The implicit scheme's: four temperatures for each page.
   struct Sweep {
     alignas(64) float old[world::kLeafVoxels], before[world::kLeafVoxels], now[world::kLeafVoxels],
@@ -82,37 +89,58 @@ void Heat::prepare(const Cells& cells, PageId p) {
   std::array<BlockId, world::kLeafVoxels> ids;
   cells.ids(p, ids);
   const uint16_t* amounts = cells.find_amounts(p);
-  const bool uniform = !amounts && std::all_of(ids.begin(), ids.end(), [&](BlockId id) { return id == ids[0]; });
-  page.all = thermal_->voxel(ids[0]);
+  const auto amount = [&](size_t i) { return amounts && cells.is_fluid(ids[i]) ? amounts[i] : kFullVoxel; };
+  page.all = thermal_->voxel(ids[0], amount(0));
+  bool uniform = std::all_of(ids.begin(), ids.end(), [&](BlockId id) { return id == ids[0]; });
+  for (size_t i = 0; uniform && amounts && i < ids.size(); ++i) uniform = amount(i) == amount(0);
   if (uniform) {
-    page.arrays.reset();
+    page.kinds.reset();
     return;
   }
-  if (!page.arrays) page.arrays = std::make_unique<ThermalArrays>();
-  ThermalArrays& a = *page.arrays;
-  ThermalVoxel v = page.all;
-  BlockId of = ids[0];
+  if (!page.kinds) page.kinds = std::make_unique<ThermalKinds>();
+  ThermalKinds& k = *page.kinds;
+  k.all.clear();
+  k.limited = false;
+  // Found by a hash of block and amount: water may have as many amounts as voxels.
+  constexpr uint32_t kSlots = 1024, kNobody = 0xffffffff;
+  std::array<uint32_t, kSlots> of;
+  std::array<uint16_t, kSlots> number;
+  of.fill(kNobody);
   for (size_t i = 0; i < ids.size(); ++i) {
-    const int amount = amounts && cells.is_fluid(ids[i]) ? amounts[i] : kFullVoxel;
-    if (ids[i] != of || amount != kFullVoxel) v = thermal_->voxel(ids[i], amount);
-    of = amount == kFullVoxel ? ids[i] : static_cast<BlockId>(~ids[i]);
-    a.inverse[i] = v.inverse, a.born[i] = v.born, a.low[i] = v.low, a.high[i] = v.high;
-    a.resistance[i] = v.resistance, a.share[i] = v.share;
+    const uint32_t what = static_cast<uint32_t>(ids[i]) << 16 | static_cast<uint32_t>(amount(i));
+    if (i > 0 && ids[i] == ids[i - 1] && amount(i) == amount(i - 1)) {
+      k.kind[i] = k.kind[i - 1];
+      continue;
+    }
+    uint32_t slot = what * 0x9e3779b1u >> 22;
+    while (of[slot] != kNobody && of[slot] != what) slot = (slot + 1) % kSlots;
+    if (of[slot] == kNobody) {
+      of[slot] = what, number[slot] = static_cast<uint16_t>(k.all.size());
+      k.all.push_back(thermal_->voxel(ids[i], amount(i)));
+      k.limited |= is_limited(k.all.back());
+    }
+    k.kind[i] = number[slot];
+  }
+  for (size_t n = 0; n < std::size(k.few[0]); ++n) {
+    const ThermalVoxel& v = k.all[std::min(n, k.all.size() - 1)];
+    const float fields[] = {v.inverse, v.born, v.low, v.high, v.resistance, v.share};
+    for (size_t f = 0; f < std::size(fields); ++f) k.few[f][n] = fields[f];
   }
 }
 
-HeatSource Heat::source(const Cells& cells, PageId p) const {
-  HeatSource s;
-  s.closed = p == kClosedPage;
-  if (s.closed) return s;
-  s.heat = cells.find_heats(p);
-  s.arrays = pages_[p].arrays.get();
-  s.all = pages_[p].all;
-  return s;
+/// Written in place: a copy of parts that were just stored waits for all of them.
+void Heat::source(const Cells& cells, PageId p, HeatSource& into) const {
+  into.temperature = nullptr;
+  into.closed = p == kClosedPage;
+  if (into.closed) return;
+  const HeatPage& page = pages_[p];
+  into.heat = cells.find_heats(p);
+  into.kinds = page.kinds.get();
+  into.all = page.all;
 }
 
 void Heat::sources_around(const Cells& cells, PageId p, HeatSource* sides) const {
-  for (size_t f = 0; f < 6; ++f) sides[f] = source(cells, cells.around(p)[kFacePage[f]]);
+  for (size_t f = 0; f < 6; ++f) source(cells, cells.around(p)[kFacePage[f]], sides[f]);
 }
 
 /// Awake pages, and those through whose sides something flows into or out of them.
@@ -143,30 +171,55 @@ void Heat::find_pages(Cells& cells, const HeatStep& step) {
       if (side_is_live(source(cells, p), source(cells, other), face, step)) list(other);
     }
   }
-  // What is beside them is looked at too.
+  // What is beside them is looked at too. Where nothing changed, as in most steps, all threads find that out.
+  std::atomic<bool> any_stale{false};
+  world::parallel_ranges(list_.size(), kLookupsATask, [&](size_t begin, size_t end) {
+    bool any = false;
+    for (size_t n = begin; n < end && !any; ++n) {
+      any |= is_stale(cells, list_[n]);
+      for (const size_t around : kFacePage) {
+        const PageId other = cells.around(list_[n])[around];
+        any |= other != kClosedPage && is_stale(cells, other);
+      }
+    }
+    if (any) any_stale.store(true, std::memory_order_relaxed);
+  });
+  if (any_stale) prepare_stale(cells);
+  for (const PageId p : list_) pages_[p].listed = false;
+}
+
+/// Of the listed pages, and those beside them.
+void Heat::prepare_stale(const Cells& cells) {
   stale_.clear();
-  for (const PageId p : list_)
+  for (const PageId p : list_) {
+    if (is_stale(cells, p)) stale_.push_back(p);
     for (const size_t around : kFacePage) {
       const PageId other = cells.around(p)[around];
       if (other == kClosedPage || pages_[other].listed || !is_stale(cells, other)) continue;
       pages_[other].listed = true;
       stale_.push_back(other);
     }
-  for (const PageId p : list_)
-    if (is_stale(cells, p)) stale_.push_back(p);
+  }
   world::parallel_ranges(stale_.size(), kPagesATask, [&](size_t begin, size_t end) {
     for (size_t n = begin; n < end; ++n) prepare(cells, stale_[n]);
   });
-  for (const PageId p : list_) pages_[p].listed = false;
   for (const PageId p : stale_) pages_[p].listed = false;
 }
 
 void Heat::conduct_explicit(Cells& cells, const HeatStep& step) {
   world::parallel_ranges(list_.size(), kPagesATask, [&](size_t begin, size_t end) {
-    HeatSource sides[6];
+    HeatSource page, sides[6];
     for (size_t n = begin; n < end; ++n) {
+      source(cells, list_[n], page);
       sources_around(cells, list_[n], sides);
-      results_[n] = conduct(source(cells, list_[n]), sides, step, heats_[n]->data());
+      const size_t next = std::min(n + kPagesAhead, list_.size() - 1);
+      const std::array<PageId, 27>& around = cells.around(list_[next]);
+      const HeatAhead ahead = {.own = cells.find_heats(list_[next]),
+                               .low_x = cells.find_heats(around[kFacePage[0]]),
+                               .high_x = cells.find_heats(around[kFacePage[1]]),
+                               .high_y = cells.find_heats(around[kFacePage[3]]),
+                               .into = heats_[next]->data()};
+      results_[n] = conduct(page, sides, step, heats_[n]->data(), ahead);
     }
   });
 }
@@ -205,8 +258,9 @@ void Heat::conduct_implicit(Cells& cells, const HeatStep& step) {
       most = std::max(most,
                       static_cast<double>(step.scale) / (static_cast<double>(resistance) * static_cast<double>(share)));
     };
-    if (!s.arrays) ratio(s.all.resistance, s.all.share);
-    for (size_t i = 0; s.arrays && i < world::kLeafVoxels; ++i) ratio(s.arrays->resistance[i], s.arrays->share[i]);
+    if (!s.kinds) ratio(s.all.resistance, s.all.share);
+    for (size_t k = 0; s.kinds && k < s.kinds->all.size(); ++k)
+      ratio(s.kinds->all[k].resistance, s.kinds->all[k].share);
   }
   const auto solved = [&](PageId p, const float* (*which)(const Sweep&)) {
     HeatSource s = source(cells, p);
@@ -250,35 +304,36 @@ void Heat::conduct_implicit(Cells& cells, const HeatStep& step) {
 
 /// Puts the new heats in place, and tells who has to look again.
 void Heat::write(Cells& cells, RuleReport& report) {
-  sides_changed_.assign(list_.size(), 0);
+  for (size_t n = 0; n < list_.size(); ++n)
+    if (results_[n].sides_changed) cells.open_around(list_[n]);
+  looks_.resize(cells.page_limit(), 0);
+  const auto look = [&](PageId p) { std::atomic_ref<uint8_t>(looks_[p]).store(1, std::memory_order_relaxed); };
   std::atomic<uint64_t> changed{0};
-  world::parallel_ranges(list_.size(), kPagesATask, [&](size_t begin, size_t end) {
-    static const std::array<world::LeafMask, 6> kSides = {world::side_of(0), world::side_of(1), world::side_of(2),
-                                                          world::side_of(3), world::side_of(4), world::side_of(5)};
+  world::parallel_ranges(list_.size(), kLookupsATask, [&](size_t begin, size_t end) {
     uint64_t count = 0;
     for (size_t n = begin; n < end; ++n) {
-      if (!results_[n].flows) continue;
-      const world::LeafMask& moved = results_[n].changed;
-      for (size_t f = 0; f < 6; ++f) {
-        uint64_t any = 0;
-        for (int w = 0; w < 8; ++w) any |= moved.word[w] & kSides[f].word[w];
-        sides_changed_[n] |= any ? 1u << f : 0u;
+      const HeatResult& result = results_[n];
+      const PageId p = list_[n];
+      if (result.flows) {
+        cells.swap_heats(p, heats_[n]);
+        cells.stir_heat(p);
+        count += result.changed;
       }
-      count += static_cast<uint64_t>(moved.count());
-      cells.swap_heats(list_[n], heats_[n]);
-      cells.stir_heat(list_[n]);
+      pages_[p].stepped = steps_;
+      pages_[p].heat = cells.heat_changes(p);
+      if (result.live) look(p);
+      for (uint32_t s = result.sides_changed; s; s &= s - 1)
+        look(cells.around(p)[kFacePage[static_cast<size_t>(std::countr_zero(s))]]);
     }
     changed += count;
   });
   AwakeSet& set = cells.awake(rule_);
-  for (size_t n = 0; n < list_.size(); ++n) {
-    const PageId p = list_[n];
-    pages_[p].stepped = steps_;
-    pages_[p].heat = cells.heat_changes(p);
-    if (results_[n].live) set.add(p);
-    if (sides_changed_[n]) cells.open_around(p);
-    for (uint32_t s = sides_changed_[n]; s; s &= s - 1)
-      set.add(cells.around(p)[kFacePage[static_cast<size_t>(std::countr_zero(s))]]);
+  for (size_t begin = 0; begin < looks_.size(); begin += sizeof(uint64_t)) {
+    const size_t end = std::min(begin + sizeof(uint64_t), looks_.size());
+    uint64_t eight = 0;
+    std::memcpy(&eight, looks_.data() + begin, end - begin);
+    for (size_t p = begin; eight && p < end; ++p)
+      if (looks_[p]) looks_[p] = 0, set.add(static_cast<PageId>(p));
   }
   cells.spread();
   report.voxels_changed += changed;
@@ -314,7 +369,8 @@ RuleReport Heat::step(Cells& cells, const Tick& tick) {
               report);
   }
   report.bytes = pages_.capacity() * sizeof(HeatPage) + heats_.size() * sizeof(Cells::Heats);
-  for (const HeatPage& page : pages_) report.bytes += page.arrays ? sizeof(ThermalArrays) : 0;
+  for (const HeatPage& page : pages_)
+    if (page.kinds) report.bytes += sizeof(ThermalKinds) + page.kinds->all.capacity() * sizeof(ThermalVoxel);
   return report;
 }
 
