@@ -1,16 +1,16 @@
 #include "sim/matter/liquid_level.h"
 
 #include <algorithm>
-#include <bit>
+#include <array>
+#include <atomic>
 #include <tuple>
 
-#include "sim/matter/liquid_kernel.h"
+#include "world/base/jobs.h"
 #include "world/base/random.h"
 #include "world/store/leaf_flood.h"
 
 namespace sim {
 
-using world::BlockId;
 using world::LeafMask;
 using world::LeafPos;
 using world::VoxelPos;
@@ -18,101 +18,252 @@ using world::VoxelPos;
 namespace {
 
 constexpr int kTileLeaves = 16;
-constexpr int kMostGiven = kFullVoxel / 2;
-constexpr int kMostOfVoxel = kFullVoxel / 4 * 3;
+constexpr int kMostGiven = kFullVoxel;
+constexpr size_t kLeavesATask = 32;
+constexpr int kOrderBits = 22;
+// Where tops lie: above the body, and beside it.
+constexpr world::Face kOpenFaces[] = {world::kFacePosY, world::kFaceNegX, world::kFacePosX, world::kFaceNegZ,
+                                      world::kFacePosZ};
 
 size_t index_in_tile(LeafPos d) { return static_cast<size_t>((d.x * kTileLeaves + d.y) * kTileLeaves + d.z); }
-LeafPos offset_in_tile(size_t index) {
+LeafPos place_in_tile(size_t index) {
   return {static_cast<int32_t>(index / 256), static_cast<int32_t>(index / 16 % 16), static_cast<int32_t>(index % 16)};
 }
 bool inside_tile(LeafPos d) {
   const auto in = [](int32_t c) { return c >= 0 && c < kTileLeaves; };
   return in(d.x) && in(d.y) && in(d.z);
 }
+constexpr std::array<LeafMask, world::kFaces> side_masks() {
+  std::array<LeafMask, world::kFaces> masks{};
+  for (int face = 0; face < world::kFaces; ++face) masks[static_cast<size_t>(face)] = world::side_of(face);
+  return masks;
+}
+constexpr std::array<LeafMask, world::kFaces> kSideMasks = side_masks();
+LeafPos leaf_step(int face) {
+  const VoxelPos step = world::face_step(face);
+  return {step.x, step.y, step.z};
+}
 }  // namespace
 
-void LiquidLevels::read(Cells& cells, BlockId liquid, Leaf& leaf) {
-  leaf.full = leaf.part = leaf.most = leaf.air = {};
-  if (leaf.page == kClosedPage) return;
-  const BlockId* blocks = cells.find_blocks(leaf.page);
-  if (!blocks) {
-    leaf.air = without(world::kAllMask, cells.occupied_mask(leaf.page));
-    return;
-  }
-  const LiquidMasks masks = masks_of(blocks, cells.find_amounts(leaf.page), liquid, kMostOfVoxel);
-  leaf.full = masks.full, leaf.part = masks.part, leaf.most = masks.most, leaf.air = masks.air;
+PageId LiquidLevels::page_beside(Cells& cells, PageId p, int dx, int dy, int dz) const {
+  const PageId known = cells.around(p)[static_cast<size_t>(around_index(dx, dy, dz))];
+  return known != kClosedPage ? known : cells.open(cells.pos(p) + LeafPos{dx, dy, dz});
 }
 
-/// A leaf of the tile whose lowest leaf is `low`, read on the first look.
-LiquidLevels::Leaf& LiquidLevels::leaf_at(Cells& cells, LeafPos low, LeafPos d) {
-  Leaf& leaf = leaves_[index_in_tile(d)];
+const LiquidMasks& LiquidLevels::masks_beside(Cells& cells, PageId p) {
+  pages_->view(cells, p);
+  return pages_->masks(p);
+}
+
+/// A leaf of the tile, read on the first look.
+LiquidLevels::Leaf& LiquidLevels::leaf_at(Cells& cells, LeafPos low, size_t index) {
+  Leaf& leaf = leaves_[index];
   if (leaf.read == tile_) return leaf;
   leaf.read = tile_;
   leaf.moved = false;
-  leaf.page = cells.open(low + d);
-  read(cells, liquid_, leaf);
+  leaf.page = cells.open(low + place_in_tile(index));
+  leaf.masks = &masks_beside(cells, leaf.page);
   leaf.conduit = {};
-  if (!leaf.part.is_none()) {
-    Leaf above;
-    above.page = cells.open(low + d + LeafPos{0, 1, 0});
-    read(cells, liquid_, above);
+  if (!leaf.masks->part.is_none()) {
+    const LiquidMasks& above = masks_beside(cells, page_beside(cells, leaf.page, 0, 1, 0));
     const auto up = [](const LeafMask& own, const LeafMask& next) {
       return world::across(own, next, world::kFacePosY);
     };
-    const LeafMask air_above = up(leaf.air, above.air), part_above = up(leaf.part, above.part);
-    leaf.conduit = without(without(leaf.part, air_above), part_above) | (leaf.most & part_above);
+    const LiquidMasks& own = *leaf.masks;
+    const LeafMask air_above = up(own.air, above.air), part_above = up(own.part, above.part);
+    leaf.conduit = without(without(own.part, air_above), part_above) | (own.most & part_above);
   }
-  leaf.left = leaf.full | leaf.conduit;
+  leaf.left = leaf.masks->full | leaf.conduit;
   return leaf;
 }
 
-/// Moves from the highest tops to the lowest.
-bool LiquidLevels::level_body(Cells& cells, BlockId liquid, uint64_t& changed) {
-  if (tops_.size() < 2) return false;
-  std::sort(tops_.begin(), tops_.end(), [](const Top& a, const Top& b) {
-    return std::tie(a.head_y, a.amount, a.order) < std::tie(b.head_y, b.amount, b.order);
-  });
-  const auto head = [](const Top& t) { return int64_t{t.head_y} * kFullVoxel + t.amount; };
-  bool any = false;
-  const auto change = [&](VoxelPos v, int by) {
-    const PageId p = cells.find(world::leaf_from_voxel(v));
-    const int i = world::index_in_leaf(v);
-    const int now = (cells.block(p, i) == liquid ? cells.amount(p, i) : 0) + by;
-    Cell cell = cells.cell(p, i);
-    cell.block = now > 0 ? liquid : world::kAir;
-    cell.amount = static_cast<uint16_t>(now);
-    cells.put(p, i, cell);
-    LeafMask mask;
-    mask.set(i);
-    cells.open_around(p);
-    cells.stir(p, mask);
-    ++changed;
+/// The body that holds seed_mask of a leaf of the tile.
+void LiquidLevels::flood(Cells& cells, LeafPos low, size_t start, const LeafMask& seed_mask) {
+  body_.clear();
+  ++number_;
+  front_.assign(1, {start, seed_mask});
+  world::flood_leaves(
+      front_, [&](size_t index) -> LeafMask& { return leaf_at(cells, low, index).left; },
+      [&](size_t index, int face) {
+        const LeafPos next = place_in_tile(index) + leaf_step(face);
+        return inside_tile(next) ? index_in_tile(next) : world::kNoLeaf;
+      },
+      [&](size_t index, const LeafMask& fresh) {
+        Leaf& leaf = leaves_[index];
+        if (leaf.in_body != number_) {
+          leaf.in_body = number_;
+          leaf.body = {};
+          body_.push_back(index);
+        }
+        leaf.body = leaf.body | fresh;
+        return true;
+      });
+}
+
+/// The voxels of a leaf of the tile that are full and of the body in hand.
+const LeafMask* LiquidLevels::full_of_body(LeafPos d) const {
+  if (!inside_tile(d)) return nullptr;
+  const Leaf& leaf = leaves_[index_in_tile(d)];
+  return leaf.read == tile_ && leaf.in_body == number_ ? &leaf.full_body : nullptr;
+}
+
+/// Those that lie in the voxels of a leaf: above the body, and beside it where they aren't above it.
+void LiquidLevels::tops_of_leaf(const Surface& in, LeafPos low, uint64_t salt, std::vector<Top>& tops) const {
+  const LiquidMasks& masks = (*pages_)[in.page].masks;
+  const LeafMask surface = masks.air | masks.part;
+  if (surface.is_none()) return;
+  const auto part = [&](const LeafMask* m) -> const LeafMask& { return m ? *m : world::kNoneMask; };
+  const LeafMask& own = part(full_of_body(in.place));
+  const auto near = [&](int face) { return world::across(own, part(full_of_body(in.place + leaf_step(face))), face); };
+  const LeafMask on_body = near(world::kFaceNegY), above = on_body & surface;
+  LeafMask beside;
+  for (const world::Face face : {world::kFaceNegX, world::kFacePosX, world::kFaceNegZ, world::kFacePosZ})
+    beside = beside | near(face);
+  beside = beside & surface;
+  if (inside_tile(in.place)) {
+    // Conduits are parts of the body; where they aren't borne by it they take.
+    const Leaf& leaf = leaves_[index_in_tile(in.place)];
+    if (leaf.read == tile_ && leaf.in_body == number_) beside = beside | (leaf.body & leaf.conduit);
+  }
+  beside = without(beside, on_body);
+  const uint16_t* amounts = (*pages_)[in.page].own();
+  const VoxelPos corner = world::voxel_from_leaf(low + in.place);
+  const int32_t height = in.place.y * world::kLeafSize;
+  const auto add = [&](int index, unsigned beside_bit) {
+    const VoxelPos o = world::offset_in_leaf(index), v = corner + o;
+    const uint16_t amount = amounts[index];
+    const auto head = static_cast<uint32_t>((height + o.y + 1) * kFullVoxel + amount);
+    const uint64_t place =
+        static_cast<uint64_t>(v.x) << 42 ^ static_cast<uint64_t>(v.y) << 21 ^ static_cast<uint64_t>(v.z);
+    const uint64_t order = world::hash_combine(salt, place);
+    tops.push_back({static_cast<uint64_t>(head) << kOrderBits | order >> (64 - kOrderBits), in.page,
+                    static_cast<uint16_t>(static_cast<unsigned>(index) | beside_bit), amount});
   };
-  const auto can_give = [](const Top& t) { return t.below_air ? kMostGiven : std::min(t.amount, kMostGiven); };
+  world::for_each_voxel(above, [&](int index) { add(index, 0); });
+  world::for_each_voxel(beside, [&](int index) { add(index, Top::kBeside); });
+}
+
+/// Where the body in hand ends upwards and sideways, each voxel once.
+void LiquidLevels::find_tops(Cells& cells, LeafPos low, uint64_t round, uint64_t seed) {
+  // Leaves of the body, and those across the faces through which it may end: on one thread, as these may have to be
+  // opened and read.
+  surfaces_.clear();
+  for (const size_t index : body_) {
+    Leaf& leaf = leaves_[index];
+    leaf.full_body = leaf.body & leaf.masks->full;
+    surfaces_.push_back({leaf.page, place_in_tile(index)});
+  }
+  const size_t own = surfaces_.size();
+  for (size_t n = 0; n < own; ++n) {
+    const Surface from = surfaces_[n];
+    const LeafMask& full = leaves_[body_[n]].full_body;
+    for (const world::Face face : kOpenFaces) {
+      if ((full & kSideMasks[static_cast<size_t>(face)]).is_none()) continue;
+      const LeafPos step = leaf_step(face), next = from.place + step;
+      if (full_of_body(next)) continue;
+      const PageId beyond = page_beside(cells, from.page, step.x, step.y, step.z);
+      if (beyond >= seen_.size()) seen_.resize(cells.page_limit(), 0);
+      if (beyond == kClosedPage || seen_[beyond] == number_) continue;
+      seen_[beyond] = number_;
+      masks_beside(cells, beyond);
+      surfaces_.push_back({beyond, next});
+    }
+  }
+  const size_t chunks = (surfaces_.size() + kLeavesATask - 1) / kLeavesATask;
+  if (parts_.size() < chunks) parts_.resize(chunks);
+  const uint64_t salt = world::hash_combine(seed, round);
+  world::parallel_for(chunks, [&](size_t c) {
+    std::vector<Top>& tops = parts_[c];
+    tops.clear();
+    const size_t end = std::min(surfaces_.size(), (c + 1) * kLeavesATask);
+    for (size_t n = c * kLeavesATask; n < end; ++n) tops_of_leaf(surfaces_[n], low, salt, tops);
+  });
+  tops_.clear();
+  for (size_t c = 0; c < chunks; ++c) tops_.insert(tops_.end(), parts_[c].begin(), parts_[c].end());
+}
+
+/// By head, then by hash, then by place.
+void LiquidLevels::sort_tops(const Cells& cells) {
+  constexpr int kBits = 11, kDigits = (kOrderBits + 20 + kBits - 1) / kBits;  // heads within a tile have 20 bits
+  constexpr uint32_t kRadix = 1u << kBits;
+  scratch_.resize(tops_.size());
+  std::array<std::array<uint32_t, kRadix>, kDigits> counts{};
+  for (const Top& top : tops_)
+    for (int d = 0; d < kDigits; ++d) ++counts[static_cast<size_t>(d)][top.key >> (d * kBits) & (kRadix - 1)];
+  for (int d = 0; d < kDigits; ++d) {
+    std::array<uint32_t, kRadix>& count = counts[static_cast<size_t>(d)];
+    uint32_t before = 0;
+    bool sorted = false;
+    for (uint32_t& c : count) {
+      sorted |= c == tops_.size();
+      before += std::exchange(c, before);
+    }
+    if (sorted) continue;
+    for (const Top& top : tops_) scratch_[count[top.key >> (d * kBits) & (kRadix - 1)]++] = top;
+    tops_.swap(scratch_);
+  }
+  const auto place = [&](const Top& t) {
+    return world::voxel_from_leaf(cells.pos(t.page)) + world::offset_in_leaf(t.voxel());
+  };
+  for (size_t begin = 0, end; begin < tops_.size(); begin = end) {
+    for (end = begin + 1; end < tops_.size() && tops_[end].key == tops_[begin].key;) ++end;
+    if (end - begin < 2) continue;
+    const auto at = [&](size_t n) { return tops_.begin() + static_cast<std::ptrdiff_t>(n); };
+    std::sort(at(begin), at(end), [&](const Top& a, const Top& b) { return place(a) < place(b); });
+  }
+}
+
+void LiquidLevels::change(PageId p, int index, int by) {
+  pages_->add(p, index, by);
+  if (is_touched_[p]) return;
+  is_touched_[p] = 1;
+  touched_.push_back(p);
+}
+
+/// Moves from the highest tops to the lowest.
+bool LiquidLevels::level_body(const Cells& cells) {
+  if (tops_.size() < 2) return false;
+  const auto [least, most] =
+      std::minmax_element(tops_.begin(), tops_.end(), [](const Top& a, const Top& b) { return a.key < b.key; });
+  if (most->head() - least->head() < 2) return false;
+  sort_tops(cells);
+  is_touched_.resize(cells.page_limit(), 0);
+  bool any = false;
+  const auto top = [&](size_t n) -> const Top& { return tops_[n]; };
+  const auto can_give = [](const Top& t) { return t.amount == 0 ? kMostGiven : std::min<int>(t.amount, kMostGiven); };
   const auto can_take = [](const Top& t) { return std::min(kFullVoxel - t.amount, kMostGiven); };
   size_t low = 0, high = tops_.size() - 1;
-  int gives = can_give(tops_[high]), takes = can_take(tops_[low]);
-  int64_t head_from = head(tops_[high]), head_to = head(tops_[low]);
+  int gives = can_give(top(high)), takes = can_take(top(low));
+  int head_from = top(high).head(), head_to = top(low).head();
   int given_all = 0, taken_all = 0;
   const auto leave_high = [&] {
-    const Top& from = tops_[high];
-    if (given_all > 0) change(from.below_air ? from.v - VoxelPos{0, 1, 0} : from.v, -given_all);
+    const Top& from = top(high);
+    if (given_all > 0) {
+      // Of air, nothing lies in it: the full voxel under it gives.
+      const int index = from.voxel();
+      if (from.amount > 0)
+        change(from.page, index, -given_all);
+      else if (index & 56)
+        change(from.page, index - 8, -given_all);
+      else
+        change(cells.around(from.page)[kBelow], index + 56, -given_all);
+    }
     given_all = 0;
-    if (--high > low) gives = can_give(tops_[high]), head_from = head(tops_[high]);
+    if (--high > low) gives = can_give(top(high)), head_from = top(high).head();
   };
   const auto leave_low = [&] {
-    if (taken_all > 0) change(tops_[low].v, taken_all);
+    if (taken_all > 0) change(top(low).page, top(low).voxel(), taken_all);
     taken_all = 0;
-    if (++low < high) takes = can_take(tops_[low]), head_to = head(tops_[low]);
+    if (++low < high) takes = can_take(top(low)), head_to = top(low).head();
   };
   while (low < high) {
-    if (tops_[high].beside || gives == 0) {
+    if (top(high).is_beside() || gives == 0) {
       leave_high();
       continue;
     }
-    const int64_t difference = head_from - head_to;
+    const int difference = head_from - head_to;
     if (difference < 2 && given_all == 0 && taken_all == 0) break;
-    const int given = static_cast<int>(std::max<int64_t>(0, std::min<int64_t>({difference / 2, gives, takes})));
+    const int given = std::max(0, std::min({difference / 2, gives, takes}));
     gives -= given, takes -= given;
     head_from -= given, head_to += given;
     given_all += given, taken_all += given;
@@ -127,136 +278,58 @@ bool LiquidLevels::level_body(Cells& cells, BlockId liquid, uint64_t& changed) {
   return any;
 }
 
-/// Where the body in hand ends upwards and sideways, each voxel once.
-void LiquidLevels::find_tops(Cells& cells, LeafPos low, uint64_t round, uint64_t seed) {
-  tops_.clear();
-  beside_.clear();
-  Leaf outside;
-  const Leaf nothing;
-  constexpr world::Face kOpen[] = {world::kFacePosY, world::kFaceNegX, world::kFacePosX, world::kFaceNegZ,
-                                   world::kFacePosZ};
-  const auto add = [&](VoxelPos v, bool is_air, bool beside) {
-    Top top;
-    top.v = v;
-    top.head_y = v.y;
-    top.below_air = is_air;
-    top.beside = beside;
-    top.amount = is_air ? 0 : cells.amount(cells.find(world::leaf_from_voxel(v)), world::index_in_leaf(v));
-    top.order = world::random_bits(seed, v.x, v.y, v.z, round, 5);
-    (beside ? beside_ : tops_).push_back(top);
-  };
-  const auto each = [](const LeafMask& mask, auto visit) {
-    world::for_each_voxel(mask, [&](int index) { visit(world::offset_in_leaf(index)); });
-  };
-  const auto is_body = [&](VoxelPos v) {
-    const LeafPos d = world::leaf_from_voxel(v) - low;
-    if (!inside_tile(d)) return false;
-    const Leaf& leaf = leaves_[index_in_tile(d)];
-    return leaf.read == tile_ && leaf.in_body == number_ && leaf.body.test(v) && leaf.full.test(v);
-  };
-  for (const size_t index : body_) {
-    const LeafPos d = offset_in_tile(index);
-    const Leaf& leaf = leaves_[index];
-    const VoxelPos corner = world::voxel_from_leaf(low + d);
-    each(leaf.body & leaf.conduit, [&](VoxelPos o) {
-      if (!is_body(corner + o - VoxelPos{0, 1, 0})) add(corner + o, false, true);
-    });
-    const LeafMask part = leaf.body & leaf.full;
-    for (const world::Face face : kOpen) {
-      const VoxelPos step = world::face_step(face);
-      // Voxels of the body beside which the surface may lie, which may be in the next leaf, or of another tile.
-      const Leaf* beyond = &nothing;
-      if (!(part & world::side_of(face)).is_none()) {
-        const LeafPos next = d + LeafPos{step.x, step.y, step.z};
-        if (inside_tile(next) && leaves_[index_in_tile(next)].read == tile_) {
-          beyond = &leaves_[index_in_tile(next)];
-        } else {
-          outside.page = cells.open(low + next);
-          read(cells, liquid_, outside);
-          beyond = &outside;
-        }
-      }
-      for (const bool is_air : {true, false}) {
-        const LeafMask there =
-            is_air ? world::across(leaf.air, beyond->air, face) : world::across(leaf.part, beyond->part, face);
-        each(part & there, [&](VoxelPos o) {
-          const VoxelPos v = corner + o + step;
-          // What lies above one voxel of the body and beside another is above it.
-          if (face != world::kFacePosY && is_body(v - VoxelPos{0, 1, 0})) return;
-          add(v, is_air, face != world::kFacePosY);
-        });
-      }
-    }
-  }
-  // Conduits and what lies beside two voxels of the body come twice.
-  std::sort(beside_.begin(), beside_.end(), [](const Top& a, const Top& b) { return a.v < b.v; });
-  beside_.erase(std::unique(beside_.begin(), beside_.end(), [](const Top& a, const Top& b) { return a.v == b.v; }),
-                beside_.end());
-  tops_.insert(tops_.end(), beside_.begin(), beside_.end());
+void LiquidLevels::store_changes(Cells& cells) {
+  for (const PageId p : touched_) cells.open_around(p);
+  std::atomic<uint64_t> changed{0};
+  world::parallel_ranges(touched_.size(), kLeavesATask, [&](size_t begin, size_t end) {
+    for (size_t n = begin; n < end; ++n) changed += pages_->store(cells, touched_[n]);
+  });
+  for (const PageId p : touched_) is_touched_[p] = 0;
+  touched_.clear();
+  result_.voxels_changed += changed;
 }
 
-LiquidLevels::Result LiquidLevels::level(Cells& cells, BlockId liquid, std::span<const PageId> pages, uint64_t round,
-                                         uint64_t seed) {
-  liquid_ = liquid;
-  Result result;
-  result.moved.assign(pages.size(), 0);
+const LiquidLevels::Result& LiquidLevels::level(Cells& cells, LiquidPages& pages, std::span<const PageId> list,
+                                                uint64_t round, uint64_t seed) {
+  pages_ = &pages;
+  result_.voxels_changed = 0;
+  result_.moved.assign(list.size(), 0);
   const int32_t shift = round & 1 ? kTileLeaves / 2 : 0;
   const auto tile_of = [&](LeafPos l) { return LeafPos{(l.x + shift) >> 4, (l.y + shift) >> 4, (l.z + shift) >> 4}; };
   // By tiles, in order.
-  std::vector<std::pair<LeafPos, size_t>> by_tile;
-  for (size_t n = 0; n < pages.size(); ++n) by_tile.emplace_back(tile_of(cells.pos(pages[n])), n);
-  std::sort(by_tile.begin(), by_tile.end());
-  world::LeafFront front;
-  for (size_t begin = 0, end; begin < by_tile.size(); begin = end) {
-    const LeafPos tile = by_tile[begin].first;
-    for (end = begin; end < by_tile.size() && by_tile[end].first == tile;) ++end;
+  by_tile_.clear();
+  for (size_t n = 0; n < list.size(); ++n) by_tile_.emplace_back(tile_of(cells.pos(list[n])), n);
+  std::sort(by_tile_.begin(), by_tile_.end());
+  leaves_.resize(size_t{kTileLeaves} * kTileLeaves * kTileLeaves);
+  for (size_t begin = 0, end; begin < by_tile_.size(); begin = end) {
+    const LeafPos tile = by_tile_[begin].first;
+    for (end = begin; end < by_tile_.size() && by_tile_[end].first == tile;) ++end;
     const LeafPos low{tile.x * kTileLeaves - shift, tile.y * kTileLeaves - shift, tile.z * kTileLeaves - shift};
-    leaves_.resize(size_t{kTileLeaves} * kTileLeaves * kTileLeaves);
     ++tile_;
     for (size_t n = begin; n < end; ++n) {
-      const LeafPos start = cells.pos(pages[by_tile[n].second]) - low;
+      const size_t start = index_in_tile(cells.pos(list[by_tile_[n].second]) - low);
       for (;;) {
         // A body that isn't known yet: flood from one of its voxels.
+        const LeafMask& left = leaf_at(cells, low, start).left;
+        int x = 0;
+        while (x < 8 && !left.word[x]) ++x;
+        if (x == 8) break;
         LeafMask seed_mask;
-        {
-          const LeafMask& left = leaf_at(cells, low, start).left;
-          int x = 0;
-          while (x < 8 && !left.word[x]) ++x;
-          if (x == 8) break;
-          seed_mask.word[x] = left.word[x] & -left.word[x];
-        }
-        body_.clear();
-        ++number_;
-        front.assign(1, {index_in_tile(start), seed_mask});
-        world::flood_leaves(
-            front, [&](size_t index) -> LeafMask& { return leaf_at(cells, low, offset_in_tile(index)).left; },
-            [&](size_t index, int face) {
-              const VoxelPos step = world::face_step(face);
-              const LeafPos next = offset_in_tile(index) + LeafPos{step.x, step.y, step.z};
-              return inside_tile(next) ? index_in_tile(next) : world::kNoLeaf;
-            },
-            [&](size_t index, const LeafMask& fresh) {
-              Leaf& leaf = leaves_[index];
-              if (leaf.in_body != number_) {
-                leaf.in_body = number_;
-                leaf.body = {};
-                body_.push_back(index);
-              }
-              leaf.body = leaf.body | fresh;
-              return true;
-            });
+        seed_mask.word[x] = left.word[x] & -left.word[x];
+        flood(cells, low, start, seed_mask);
         find_tops(cells, low, round, seed);
-        if (!level_body(cells, liquid, result.voxels_changed)) continue;
+        if (!level_body(cells)) continue;
         for (const size_t index : body_) leaves_[index].moved = true;
       }
     }
+    store_changes(cells);
     // Pages that hold a part of such a body go on being watched.
     for (size_t n = begin; n < end; ++n) {
-      const Leaf& leaf = leaves_[index_in_tile(cells.pos(pages[by_tile[n].second]) - low)];
-      result.moved[by_tile[n].second] = leaf.read == tile_ && leaf.moved;
+      const Leaf& leaf = leaves_[index_in_tile(cells.pos(list[by_tile_[n].second]) - low)];
+      result_.moved[by_tile_[n].second] = leaf.read == tile_ && leaf.moved;
     }
   }
-  return result;
+  return result_;
 }
 
 }  // namespace sim

@@ -213,9 +213,10 @@ void SaveSession::finish() {
     last_error_.reset();
   } else {
     world_.store.mark_unsaved(writing_regions_);
-    for (const auto& [layer, regions] : writing_layers_)
-      if (world_.store.find_any_layer(layer))
-        std::visit([&](auto& values) { values.mark_unsaved(regions); }, world_.store.make_any_layer(layer));
+    for (const auto& written : writing_layers_)
+      if (world_.store.find_any_layer(written.first))
+        std::visit([&](auto& values) { values.mark_unsaved(written.second); },
+                   world_.store.make_any_layer(written.first));
     world_.store.mark_dropped(writing_dropped_);
     last_error_ = result->error();
   }

@@ -145,13 +145,13 @@ size_t block_bytes(const StoreNodes& nodes) {
 
 std::vector<LayerInfo> Store::layers() const {
   std::vector<LayerInfo> all{{"block", block_bytes(*nodes_), voxel_count()}};
-  for (const auto& [layer, grid] : nodes_->layers)
+  for (const auto& layer : nodes_->layers)
     std::visit(
         [&](const auto& values) {
-          all.push_back(
-              {std::string(layer_rows()[static_cast<size_t>(layer)].name), values.bytes(), values.active_voxels()});
+          all.push_back({std::string(layer_rows()[static_cast<size_t>(layer.first)].name), values.bytes(),
+                         values.active_voxels()});
         },
-        grid);
+        layer.second);
   const char* names[kMaskKinds] = {"mask:occupied", "mask:opaque",   "mask:solid", "mask:liquid",
                                    "mask:emitting", "mask:granular", "mask:gas"};
   for (int k = 0; k < kMaskKinds; ++k)

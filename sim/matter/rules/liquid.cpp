@@ -8,10 +8,10 @@
 /// liquid nor air is a wall to it: liquids don't sink under one another, and gases bear them.
 #include <algorithm>
 #include <atomic>
-#include <memory>
 
-#include "sim/matter/liquid_kernel.h"
+#include "sim/matter/liquid_game_levels.h"
 #include "sim/matter/liquid_level.h"
+#include "sim/matter/liquid_pages.h"
 #include "sim/matter/matter.h"
 #include "sim/matter/rule.h"
 #include "world/base/jobs.h"
@@ -22,24 +22,13 @@ namespace sim {
 namespace {
 
 using world::BlockId;
-using world::LeafMask;
 
-constexpr size_t kGrain = 8;  // pages a task
+constexpr size_t kPagesATask = 48;
 constexpr double kTickSeconds = 0.05;
 constexpr int kFilm = 64;  // 1.6 cm
-constexpr uint64_t kLevelTicks = 2;
+constexpr uint64_t kLevelTicks = 4;
 constexpr uint8_t kRoundsToRest = 2;
 constexpr int kMostPasses = 16;
-// Levels of block games: a source has 8, and each takes 5 ticks to the next voxel.
-constexpr int kGameLevels = 8, kGameLevel = kFullVoxel / kGameLevels;
-constexpr uint64_t kGameTicks = 5;
-
-/// What a page is to the liquid that flows now.
-struct LiquidPage {
-  alignas(64) uint16_t own[world::kLeafVoxels];  // amounts; kNoEntry
-  LiquidFlow flow;
-  uint64_t viewed = 0, falls = 0, slides = 0;  // rounds in which own, flow.down and flow.side were written
-};
 
 class Liquid final : public Rule {
  public:
@@ -47,345 +36,172 @@ class Liquid final : public Rule {
   RuleReport step(Cells& cells, const Tick& tick) override;
 
  private:
-  void flow_of(Cells& cells, BlockId liquid, const Tick& tick, RuleReport& report);
-  void view(const Cells& cells, PageId p, BlockId liquid);
-  void view_edges(const Cells& cells, PageId p, BlockId liquid, LiquidView& into) const;
-  bool store(Cells& cells, PageId p, BlockId liquid, std::atomic<uint64_t>& changed);
-  void spread_levels(Cells& cells, BlockId liquid, RuleReport& report);
-  void level(Cells& cells, BlockId liquid, const Tick& tick, RuleReport& report);
-  void add_targets(Cells& cells, std::vector<PageId>& pages, bool down);
-  const LiquidPage* viewed(PageId p) const {
-    return p < pages_.size() && pages_[p] && pages_[p]->viewed == round_ ? pages_[p].get() : nullptr;
+  LiquidPages& pages_of(BlockId liquid);
+  void find_liquids(const Cells& cells);
+  void flow_of(Cells& cells, LiquidPages& pages, const Tick& tick, RuleReport& report);
+  void fall_all(Cells& cells, LiquidPages& pages);
+  void slide_all(Cells& cells, LiquidPages& pages, const Spread& spread, uint64_t turn);
+  void add_targets(Cells& cells, LiquidPages& pages, size_t known);
+  void level(Cells& cells, LiquidPages& pages, const Tick& tick, RuleReport& report);
+  template <class Work>
+  void each(size_t from, Work work) {
+    world::parallel_ranges(flowing_.size() - from, kPagesATask, [&](size_t begin, size_t end) {
+      for (size_t n = from + begin; n < from + end; ++n) work(flowing_[n], n);
+    });
   }
 
-  const size_t rule_;
-  uint64_t round_ = 0;        // counts liquids over all ticks
-  uint64_t slide_round_ = 0;  // and passes sideways
-  std::vector<std::unique_ptr<LiquidPage>> pages_;
+  const size_t rule_;                                  // its awake set
+  uint64_t round_ = 0;                                 // counts the movements of all pages of a liquid
+  uint64_t list_ = 0;                                  // and the lists of those that flow
+  std::vector<std::unique_ptr<LiquidPages>> liquids_;  // those that were met
+  std::vector<BlockId> order_;                         // of a tick: the heaviest first
   std::vector<PageId> flowing_;
-  std::vector<uint8_t> holds_, listed_;
-  std::vector<uint8_t> restless_, moved_;  // by flowing page
-  std::vector<uint8_t> watch_;             // by page: rounds of levelling in which nothing may move before it sleeps
-  std::vector<uint8_t> levelled_;          // by page, in this round: 1 looked at, 2 something moved
-  std::vector<uint8_t> kept_;              // by page: it is awake because this rule kept it so
+  std::vector<LiquidMove> moves_;  // by flowing page
+  std::vector<uint8_t> moved_;     // by flowing page
+  std::vector<uint8_t> watch_;     // by page: rounds of levelling in which nothing may move before it sleeps
+  std::vector<uint8_t> levelled_;  // by page, in this round: 1 looked at, 2 something moved
+  std::vector<uint8_t> kept_;      // by page: it is awake because this rule kept it so
   LiquidLevels levels_;
 };
 
-/// The amount of the liquid in a voxel, or kNoEntry.
-uint16_t amount_of(const Cells& cells, PageId p, int index, BlockId liquid) {
-  const BlockId* blocks = cells.find_blocks(p);
-  if (!blocks) return cells.occupied_mask(p).test(index) ? kNoEntry : uint16_t{0};
-  if (blocks[index] == world::kAir) return 0;
-  if (blocks[index] != liquid) return kNoEntry;
-  const uint16_t* amounts = cells.find_amounts(p);
-  return amounts ? amounts[index] : uint16_t{kFullVoxel};
+LiquidPages& Liquid::pages_of(BlockId liquid) {
+  for (const auto& pages : liquids_)
+    if (pages->liquid() == liquid) return *pages;
+  liquids_.push_back(std::make_unique<LiquidPages>(liquid));
+  return *liquids_.back();
 }
 
-void Liquid::view(const Cells& cells, PageId p, BlockId liquid) {
-  LiquidPage& page = *pages_[p];
-  page.viewed = round_;
-  const BlockId* blocks = cells.find_blocks(p);
-  const uint16_t* amounts = cells.find_amounts(p);
-  if (!blocks) {
-    for (int x = 0; x < 8; ++x) {
-      const uint64_t occupied = cells.occupied_mask(p).word[x];
-      for (int b = 0; b < 64; ++b) page.own[x * 64 + b] = occupied >> b & 1 ? kNoEntry : uint16_t{0};
-    }
-  } else {
-    for (int i = 0; i < world::kLeafVoxels; ++i) {
-      const uint16_t here = amounts ? amounts[i] : uint16_t{kFullVoxel};
-      page.own[i] = blocks[i] == liquid ? here : blocks[i] == world::kAir ? uint16_t{0} : kNoEntry;
-    }
+/// The heaviest first.
+void Liquid::find_liquids(const Cells& cells) {
+  order_.clear();
+  for (size_t id = 0; id < cells.traits().size(); ++id)
+    if (const auto block = static_cast<BlockId>(id);
+        cells.traits()[block].content == Content::liquid && cells.met(block))
+      order_.push_back(block);
+  std::sort(order_.begin(), order_.end(), [&](BlockId a, BlockId b) {
+    return std::pair(-cells.traits()[a].density, a) < std::pair(-cells.traits()[b].density, b);
+  });
+}
+
+/// Adds the pages into which something flows from those of the list; they only take in this round.
+void Liquid::add_targets(Cells& cells, LiquidPages& pages, size_t known) {
+  for (size_t n = 0; n < known; ++n) {
+    const PageId p = flowing_[n];
+    const unsigned out = moves_[n].out;
+    if (!out) continue;
+    const auto add = [&](size_t around) {
+      const PageId to = cells.around(p)[around];
+      if (pages[to].listed == list_) return;
+      pages[to].listed = list_;
+      flowing_.push_back(to);
+    };
+    for (int d = 0; d < kSides; ++d)
+      if (out >> d & 1) add(kSidePage[d]);
+    if (out & kOutBelow) add(kBelow);
   }
+  if (flowing_.size() == known) return;
+  const std::span<const PageId> added(flowing_.data() + known, flowing_.size() - known);
+  for (const PageId p : added) cells.open_around(p);
+  pages.view_across(cells, added);
+  moves_.resize(flowing_.size());
 }
 
-/// The voxels beside the page: from their pages' own view, where they have one.
-void Liquid::view_edges(const Cells& cells, PageId p, BlockId liquid, LiquidView& into) const {
-  const std::array<PageId, 27>& around = cells.around(p);
-  const auto fill = [&](PageId from, uint16_t* edge, auto index_of) {
-    if (const LiquidPage* other = viewed(from)) {
-      for (int i = 0; i < 64; ++i) edge[i] = other->own[index_of(i)];
-    } else {
-      for (int i = 0; i < 64; ++i) edge[i] = amount_of(cells, from, index_of(i), liquid);
-    }
-  };
-  fill(around[kBelow], into.below, [](int i) { return (i >> 3) * 64 + 56 + (i & 7); });
-  fill(around[around_index(1, 0, 0)], into.side[0], [](int i) { return i; });
-  fill(around[around_index(0, 0, 1)], into.side[1], [](int i) { return i * 8; });
-  fill(around[around_index(-1, 0, 0)], into.side[2], [](int i) { return 448 + i; });
-  fill(around[around_index(0, 0, -1)], into.side[3], [](int i) { return i * 8 + 7; });
-}
-
-/// Writes the page's view back: amounts, ids and planes. Tells who has to look again.
-bool Liquid::store(Cells& cells, PageId p, BlockId liquid, std::atomic<uint64_t>& changed) {
-  const LiquidPage& page = *pages_[p];
-  LeafMask moved;
-  uint64_t count = 0;
-  const BlockId* before_blocks = cells.find_blocks(p);
-  const uint16_t* before = cells.find_amounts(p);
-  for (int i = 0; i < world::kLeafVoxels; ++i) {
-    const uint16_t now = page.own[i];
-    if (now == kNoEntry) continue;
-    const uint16_t was =
-        before_blocks && before_blocks[i] == liquid ? (before ? before[i] : uint16_t{kFullVoxel}) : uint16_t{0};
-    if (now == was) continue;
-    moved.set(i);
-    ++count;
-  }
-  if (count == 0) return false;
-  Cells::Blocks& blocks = cells.blocks(p);
-  Cells::Amounts& amounts = cells.amounts(p);
-  for (int x = 0; x < 8; ++x)
-    for (uint64_t bits = moved.word[x]; bits; bits &= bits - 1) {
-      const auto i = static_cast<size_t>(x * 64 + std::countr_zero(bits));
-      blocks[i] = page.own[i] > 0 ? liquid : world::kAir;
-      amounts[i] = page.own[i];
-    }
-  cells.set_rich(p);
-  cells.stir(p, moved);
-  changed += count;
-  return true;
-}
-
-/// Adds the pages into which something flows from those of the list, and gives them a view.
-void Liquid::add_targets(Cells& cells, std::vector<PageId>& pages, bool down) {
-  listed_.resize(cells.page_limit(), 0);
-  for (const PageId p : pages) listed_[p] = 1;
-  const size_t sources = pages.size();
-  const auto add = [&](PageId to) {
-    if (listed_[to]) return;
-    listed_[to] = 1;
-    pages.push_back(to);
-  };
-  const auto any = [](const uint16_t* flow, auto index_of) {
-    uint16_t all = 0;
-    for (int i = 0; i < 64; ++i) all |= flow[index_of(i)];
-    return all != 0;
-  };
-  for (size_t n = 0; n < sources; ++n) {
-    const PageId p = pages[n];
-    const LiquidPage& page = *pages_[p];
-    const std::array<PageId, 27>& around = cells.around(p);
-    if (down) {
-      if (page.falls == round_ && any(page.flow.down, [](int i) { return (i >> 3) * 64 + (i & 7); }))
-        add(around[kBelow]);
-      continue;
-    }
-    if (page.slides != slide_round_) continue;
-    if (any(page.flow.side[0], [](int i) { return 448 + i; })) add(around[around_index(1, 0, 0)]);
-    if (any(page.flow.side[1], [](int i) { return i * 8 + 7; })) add(around[around_index(0, 0, 1)]);
-    if (any(page.flow.side[2], [](int i) { return i; })) add(around[around_index(-1, 0, 0)]);
-    if (any(page.flow.side[3], [](int i) { return i * 8; })) add(around[around_index(0, 0, -1)]);
-  }
-  for (const PageId p : pages) listed_[p] = 0;
-  for (size_t n = sources; n < pages.size(); ++n) cells.open_around(pages[n]);
-  pages_.resize(cells.page_limit());
-  for (size_t n = sources; n < pages.size(); ++n)
-    if (!pages_[pages[n]]) pages_[pages[n]] = std::make_unique<LiquidPage>();
-}
-
-void Liquid::flow_of(Cells& cells, BlockId liquid, const Tick& tick, RuleReport& report) {
+void Liquid::fall_all(Cells& cells, LiquidPages& pages) {
   ++round_;
+  const size_t known = flowing_.size();
+  moves_.assign(known, {});
+  for (const PageId p : flowing_) pages[p].gives = round_;
+  const auto fall_page = [&](PageId p, size_t n) {
+    const auto part = [&](PageId of) { return LiquidPart{pages[of].own(), nullptr, pages[of].rows}; };
+    const PageId above = cells.around(p)[kAbove];
+    const bool gives = pages[p].gives == round_, above_gives = pages[above].gives == round_;
+    moves_[n] = fall(part(p), part(cells.around(p)[kBelow]), part(above), gives, above_gives, pages[p].next());
+  };
+  each(0, fall_page);
+  add_targets(cells, pages, known);
+  each(known, fall_page);
+  for (size_t n = 0; n < flowing_.size(); ++n) pages[flowing_[n]].follow(moves_[n]);
+}
+
+void Liquid::slide_all(Cells& cells, LiquidPages& pages, const Spread& spread, uint64_t turn) {
+  ++round_;
+  const size_t known = flowing_.size();
+  moves_.assign(known, {});
+  each(0, [&](PageId p, size_t) {
+    LiquidPage& page = pages[p];
+    page.gives = round_;
+    // Where all is full, here and beside, nothing pushes.
+    const std::array<PageId, 27>& around = cells.around(p);
+    unsigned still = page.rows.full;
+    for (const size_t side : kSidePage) still &= pages[around[side]].rows.full;
+    const auto rows = static_cast<uint8_t>(page.rows.wet & ~still);
+    if (!rows) return;
+    const uint64_t hash = world::hash_combine(cells.hash(p) + turn * 0x9e3779b97f4a7c15ull, pages.liquid());
+    push_of(page.own(), pages[around[kBelow]].own(), rows, spread, hash, page.push);
+  });
+  const auto slide_page = [&](PageId p, size_t n) {
+    const auto part = [&](PageId of) {
+      const LiquidPage& page = pages[of];
+      return LiquidPart{page.own(), page.gives == round_ ? page.push : nullptr, page.rows};
+    };
+    LiquidPart sides[kSides];
+    for (int d = 0; d < kSides; ++d) sides[d] = part(cells.around(p)[kSidePage[d]]);
+    moves_[n] = slide(part(p), sides, spread.film, pages[p].next());
+  };
+  each(0, slide_page);
+  for (size_t n = 0; n < known; ++n)
+    if (moves_[n].restless) cells.awake(rule_).add(flowing_[n]);
+  add_targets(cells, pages, known);
+  each(known, slide_page);
+  for (size_t n = 0; n < flowing_.size(); ++n) pages[flowing_[n]].follow(moves_[n]);
+}
+
+void Liquid::flow_of(Cells& cells, LiquidPages& pages, const Tick& tick, RuleReport& report) {
   const std::vector<PageId>& awake = cells.awake(rule_).now();
-  const BlockTraits& traits = cells.traits()[liquid];
+  const BlockTraits& traits = cells.traits()[pages.liquid()];
   const Spread spread = spread_of(traits.density, traits.viscosity_pa_s, kTickSeconds, kFilm);
   // Pages that hold some of it.
-  holds_.assign(awake.size(), 0);
-  world::parallel_ranges(awake.size(), 4 * kGrain, [&](size_t begin, size_t end) {
-    for (size_t n = begin; n < end; ++n)
-      if (const BlockId* blocks = cells.find_blocks(awake[n])) holds_[n] = holds_block(blocks, liquid);
-  });
+  ++list_;
+  pages.view(cells, awake);
   flowing_.clear();
-  for (size_t n = 0; n < awake.size(); ++n)
-    if (holds_[n]) flowing_.push_back(awake[n]);
+  for (const PageId p : awake)
+    if (pages[p].rows.wet) {
+      pages[p].listed = list_;
+      flowing_.push_back(p);
+    }
   if (flowing_.empty()) return;
   // What something else woke may be out of level.
   for (const PageId p : flowing_)
     if (!kept_[p]) watch_[p] = kRoundsToRest;
-  pages_.resize(cells.page_limit());
-  for (const PageId p : flowing_)
-    if (!pages_[p]) pages_[p] = std::make_unique<LiquidPage>();
-  const auto each = [&](size_t from, auto work) {
-    world::parallel_ranges(flowing_.size() - from, kGrain, [&](size_t begin, size_t end) {
-      for (size_t n = from + begin; n < from + end; ++n) work(flowing_[n], n);
-    });
-  };
-  each(0, [&](PageId p, size_t) { view(cells, p, liquid); });
-
-  // Down.
-  each(0, [&](PageId p, size_t) {
-    LiquidView edges;
-    LiquidPage& page = *pages_[p];
-    view_edges(cells, p, liquid, edges);
-    std::copy(page.own, page.own + world::kLeafVoxels, edges.own);
-    if (flow_down(edges, page.flow)) page.falls = round_;
-  });
-  size_t known = flowing_.size();
-  add_targets(cells, flowing_, true);
-  each(known, [&](PageId p, size_t) { view(cells, p, liquid); });
-  each(0, [&](PageId p, size_t) {
-    LiquidPage& page = *pages_[p];
-    const PageId above = cells.around(p)[kAbove];
-    const LiquidPage* from = viewed(above);
-    const bool in = from && from->falls == round_;
-    if (!in && page.falls != round_) return;
-    if (page.falls != round_) std::fill_n(page.flow.down, world::kLeafVoxels, uint16_t{0});
-    LiquidInflow inflow;
-    if (in)
-      for (int i = 0; i < 64; ++i) inflow.above[i] = from->flow.down[(i >> 3) * 64 + (i & 7)];
-    apply_down(page.flow, inflow, page.own);
-  });
-
-  // Sideways.
+  pages.view_across(cells, flowing_);
+  fall_all(cells, pages);
   const int passes = std::clamp(tick.options->knobs.liquid_passes, 1, kMostPasses);
-  for (int pass = 0; pass < passes; ++pass) {
-    ++slide_round_;
-    restless_.assign(flowing_.size(), 0);
-    each(0, [&](PageId p, size_t n) {
-      LiquidView edges;
-      LiquidPage& page = *pages_[p];
-      view_edges(cells, p, liquid, edges);
-      std::copy(page.own, page.own + world::kLeafVoxels, edges.own);
-      const uint64_t turn = tick.number * static_cast<uint64_t>(passes) + static_cast<uint64_t>(pass);
-      const uint64_t hash = world::hash_combine(cells.hash(p) + turn * 0x9e3779b97f4a7c15ull, liquid);
-      const SideFlow flow = flow_sideways(edges, spread, hash, page.flow);
-      if (flow.flows) page.slides = slide_round_;
-      restless_[n] = flow.restless;
-    });
-    for (size_t n = 0; n < flowing_.size(); ++n)
-      if (restless_[n]) cells.awake(rule_).add(flowing_[n]);
-    known = flowing_.size();
-    add_targets(cells, flowing_, false);
-    each(known, [&](PageId p, size_t) { view(cells, p, liquid); });
-    each(0, [&](PageId p, size_t) {
-      LiquidPage& page = *pages_[p];
-      const std::array<PageId, 27>& around = cells.around(p);
-      constexpr size_t kFrom[kSides] = {around_index(-1, 0, 0), around_index(0, 0, -1), around_index(1, 0, 0),
-                                        around_index(0, 0, 1)};
-      LiquidInflow inflow;
-      bool in = page.slides == slide_round_;
-      if (!in)
-        for (auto& side : page.flow.side) std::fill_n(side, world::kLeafVoxels, uint16_t{0});
-      for (int d = 0; d < kSides; ++d) {
-        const LiquidPage* from = viewed(around[kFrom[d]]);
-        if (!from || from->slides != slide_round_) continue;
-        in = true;
-        for (int i = 0; i < 64; ++i) {
-          const int index = d == 0 ? 448 + i : d == 1 ? i * 8 + 7 : d == 2 ? i : i * 8;
-          inflow.side[d][i] = from->flow.side[d][index];
-        }
-      }
-      if (in) apply_sideways(page.flow, inflow, page.own);
-    });
-  }
-
+  for (int pass = 0; pass < passes; ++pass)
+    slide_all(cells, pages, spread, tick.number * static_cast<uint64_t>(passes) + static_cast<uint64_t>(pass));
   std::atomic<uint64_t> changed{0};
   moved_.assign(flowing_.size(), 0);
-  each(0, [&](PageId p, size_t n) { moved_[n] = store(cells, p, liquid, changed); });
+  each(0, [&](PageId p, size_t n) {
+    const uint64_t voxels = pages.store(cells, p);
+    moved_[n] = voxels > 0;
+    changed += voxels;
+  });
   report.voxels_changed += changed;
   watch_.resize(cells.page_limit(), 0);
   for (size_t n = 0; n < flowing_.size(); ++n)
     if (moved_[n]) watch_[flowing_[n]] = kRoundsToRest;
-  if (tick.number % kLevelTicks == 0) level(cells, liquid, tick, report);
+  if (tick.number % kLevelTicks == 0) level(cells, pages, tick, report);
   report.leaves_visited += flowing_.size();
 }
 
 /// Pressure, through all of each body. Pages stay awake until rounds of both kinds of tiles have moved nothing.
-void Liquid::level(Cells& cells, BlockId liquid, const Tick& tick, RuleReport& report) {
-  const LiquidLevels::Result result = levels_.level(cells, liquid, flowing_, tick.number / kLevelTicks, tick.seed);
+void Liquid::level(Cells& cells, LiquidPages& pages, const Tick& tick, RuleReport& report) {
+  const LiquidLevels::Result& result = levels_.level(cells, pages, flowing_, tick.number / kLevelTicks, tick.seed);
   report.voxels_changed += result.voxels_changed;
   levelled_.resize(cells.page_limit(), 0);
   for (size_t n = 0; n < flowing_.size(); ++n) {
     uint8_t& of_page = levelled_[flowing_[n]];
     of_page = std::max<uint8_t>(of_page, result.moved[n] ? 2 : 1);
   }
-}
-
-/// The rule of block games: full voxels are sources for ever; what flows has a level, seven below a source or under
-/// what falls, one less a step to the sides; it goes where nothing feeds it. Two sources beside one voxel make a third.
-void Liquid::spread_levels(Cells& cells, BlockId liquid, RuleReport& report) {
-  ++round_;
-  ++slide_round_;
-  const std::vector<PageId>& awake = cells.awake(rule_).now();
-  flowing_.clear();
-  for (const PageId p : awake)
-    if (const BlockId* blocks = cells.find_blocks(p); blocks && holds_block(blocks, liquid)) flowing_.push_back(p);
-  if (flowing_.empty()) return;
-  const auto each = [&](size_t from, auto work) {
-    world::parallel_ranges(flowing_.size() - from, kGrain, [&](size_t begin, size_t end) {
-      for (size_t n = from + begin; n < from + end; ++n) work(flowing_[n]);
-    });
-  };
-  pages_.resize(cells.page_limit());
-  for (const PageId p : flowing_)
-    if (!pages_[p]) pages_[p] = std::make_unique<LiquidPage>();
-  each(0, [&](PageId p) { view(cells, p, liquid); });
-  // What each voxel offers: to below that it falls, to the sides a level.
-  each(0, [&](PageId p) {
-    LiquidView edges;
-    view_edges(cells, p, liquid, edges);
-    LiquidPage& page = *pages_[p];
-    page.falls = round_, page.slides = slide_round_;
-    for (int i = 0; i < world::kLeafVoxels; ++i) {
-      const uint16_t here = page.own[i] == kNoEntry ? uint16_t{0} : page.own[i];
-      const uint16_t below = (i & 56) != 0 ? page.own[i - 8] : edges.below[beside_y(i)];
-      // A level that may fall goes nowhere else; a source spreads all the same.
-      const bool borne = below >= kFullVoxel || here >= kFullVoxel;
-      const int level = (here + kGameLevel - 1) / kGameLevel;
-      page.flow.down[i] = here > 0 && below < kFullVoxel;
-      const uint16_t offer = borne && level > 1 ? static_cast<uint16_t>(level - 1) : uint16_t{0};
-      for (auto& side : page.flow.side) side[i] = offer;
-    }
-  });
-  size_t known = flowing_.size();
-  add_targets(cells, flowing_, true);
-  add_targets(cells, flowing_, false);
-  each(known, [&](PageId p) { view(cells, p, liquid); });
-  // What each voxel becomes.
-  each(0, [&](PageId p) {
-    LiquidPage& page = *pages_[p];
-    const std::array<PageId, 27>& around = cells.around(p);
-    const auto of = [&](PageId from, int index, int side) -> uint16_t {
-      const LiquidPage* other = viewed(from);
-      if (!other || other->slides != slide_round_) return 0;
-      return side < 0 ? other->flow.down[index] : other->flow.side[side][index];
-    };
-    LiquidView edges;
-    view_edges(cells, p, liquid, edges);
-    uint16_t next[world::kLeafVoxels];
-    for (int i = 0; i < world::kLeafVoxels; ++i) {
-      next[i] = page.own[i];
-      if (page.own[i] >= kFullVoxel) continue;  // a source, or a wall
-      const bool falls = (i & 56) != 56 ? of(p, i + 8, -1) : of(around[kAbove], i - 56, -1);
-      uint16_t offers[kSides];
-      offers[0] = i >= 64 ? of(p, i - 64, 0) : of(around[around_index(-1, 0, 0)], i + 448, 0);
-      offers[1] = (i & 7) != 0 ? of(p, i - 1, 1) : of(around[around_index(0, 0, -1)], i + 7, 1);
-      offers[2] = i < 448 ? of(p, i + 64, 2) : of(around[around_index(1, 0, 0)], i - 448, 2);
-      offers[3] = (i & 7) != 7 ? of(p, i + 1, 3) : of(around[around_index(0, 0, 1)], i - 7, 3);
-      const auto sources = std::count(offers, offers + kSides, uint16_t{kGameLevels - 1});
-      const uint16_t below = (i & 56) != 0 ? page.own[i - 8] : edges.below[beside_y(i)];
-      const int level = falls ? kGameLevels - 1 : *std::max_element(offers, offers + kSides);
-      const bool source = sources >= 2 && below >= kFullVoxel;
-      next[i] = source ? uint16_t{kFullVoxel} : static_cast<uint16_t>(level * kGameLevel);
-    }
-    std::copy(next, next + world::kLeafVoxels, page.flow.down);  // not own yet: neighbours look at it
-  });
-  each(0, [&](PageId p) { std::copy_n(pages_[p]->flow.down, world::kLeafVoxels, pages_[p]->own); });
-  std::atomic<uint64_t> changed{0};
-  std::atomic<int64_t> made{0}, gone{0};
-  each(0, [&](PageId p) {
-    int64_t before = 0, after = 0;
-    for (int i = 0; i < world::kLeafVoxels; ++i) {
-      if (cells.block(p, i) == liquid) before += cells.amount(p, i);
-      if (pages_[p]->own[i] != kNoEntry) after += pages_[p]->own[i];
-    }
-    store(cells, p, liquid, changed);
-    (after > before ? made : gone) += std::abs(after - before);
-  });
-  if (made > 0) cells.book(liquid, made);
-  if (gone > 0) cells.book(liquid, -gone);
-  report.voxels_changed += changed;
-  report.leaves_visited += flowing_.size();
 }
 
 RuleReport Liquid::step(Cells& cells, const Tick& tick) {
@@ -396,22 +212,19 @@ RuleReport Liquid::step(Cells& cells, const Tick& tick) {
   for (const PageId p : set.now()) cells.open_around(p);
   watch_.resize(cells.page_limit(), 0);
   kept_.resize(cells.page_limit(), 0);
-  std::vector<BlockId> liquids;
-  for (size_t id = 0; id < cells.traits().size(); ++id)
-    if (const auto block = static_cast<BlockId>(id);
-        cells.traits()[block].content == Content::liquid && cells.met(block))
-      liquids.push_back(block);
-  std::stable_sort(liquids.begin(), liquids.end(),
-                   [&](BlockId a, BlockId b) { return cells.traits()[a].density > cells.traits()[b].density; });
+  find_liquids(cells);
   if (tick.options->knobs.liquid_model == LiquidModel::levels) {
     if (tick.number % kGameTicks == 0)
-      for (const BlockId liquid : liquids) spread_levels(cells, liquid, report);
+      for (const BlockId liquid : order_) {
+        const GameLevelsReport spread = spread_game_levels(cells, pages_of(liquid), set.now());
+        report.leaves_visited += spread.leaves_visited, report.voxels_changed += spread.voxels_changed;
+      }
     else
       for (const PageId p : set.now()) set.add(p);
     cells.spread();
     return report;
   }
-  for (const BlockId liquid : liquids) flow_of(cells, liquid, tick, report);
+  for (const BlockId liquid : order_) flow_of(cells, pages_of(liquid), tick, report);
   watch_.resize(cells.page_limit(), 0);
   levelled_.resize(cells.page_limit(), 0);
   if (tick.number % kLevelTicks == 0)
@@ -426,6 +239,8 @@ RuleReport Liquid::step(Cells& cells, const Tick& tick) {
   kept_.assign(cells.page_limit(), 0);
   for (const PageId p : set.next()) kept_[p] = 1;
   cells.spread();
+  for (const auto& pages : liquids_) report.bytes += pages->bytes();
+  if (set.empty()) liquids_.clear();  // all is at rest
   return report;
 }
 
