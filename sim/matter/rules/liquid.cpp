@@ -5,11 +5,13 @@
 ///        liquid_passes: rounds sideways in a tick
 ///
 /// A tick takes the liquids one after the other, the heaviest first. A voxel holds one of them. What is neither that
-/// liquid nor air is a wall to it: liquids don't sink under one another, and gases bear them.
+/// liquid nor air is a wall to it while it flows, and gases bear it; then denser liquids sink under lighter ones, voxel
+/// by voxel: sim/matter/liquid_layers.h.
 #include <algorithm>
 #include <atomic>
 
 #include "sim/matter/liquid_game_levels.h"
+#include "sim/matter/liquid_layers.h"
 #include "sim/matter/liquid_level.h"
 #include "sim/matter/liquid_pages.h"
 #include "sim/matter/matter.h"
@@ -62,6 +64,7 @@ class Liquid final : public Rule {
   std::vector<uint8_t> levelled_;  // by page, in this round: 1 looked at, 2 something moved
   std::vector<uint8_t> kept_;      // by page: it is awake because this rule kept it so
   LiquidLevels levels_;
+  LiquidLayers layers_;
 };
 
 LiquidPages& Liquid::pages_of(BlockId liquid) {
@@ -225,6 +228,7 @@ RuleReport Liquid::step(Cells& cells, const Tick& tick) {
     return report;
   }
   for (const BlockId liquid : order_) flow_of(cells, pages_of(liquid), tick, report);
+  if (order_.size() > 1) report.voxels_changed += layers_.exchange(cells, set.now(), rule_, tick.number, tick.seed);
   watch_.resize(cells.page_limit(), 0);
   levelled_.resize(cells.page_limit(), 0);
   if (tick.number % kLevelTicks == 0)

@@ -1,3 +1,5 @@
+#include <map>
+
 #include <gtest/gtest.h>
 
 #include "tests/sim/matter/matter_support.h"
@@ -124,7 +126,7 @@ TEST(Liquid, SleepChangesNothing) {
   const auto make = [] {
     World world = basin({{0, 0, 0}, {40, 20, 40}});
     fill(world, {{0, 0, 0}, {40, 3, 40}}, block_named(world, "water"));
-    fill(world, {{3, 5, 3}, {9, 14, 9}}, block_named(world, "water"));
+    fill(world, {{3, 5, 3}, {9, 14, 9}}, block_named(world, "oil"));
     fill(world, {{20, 8, 20}, {25, 15, 25}}, block_named(world, "sand"));
     return world;
   };
@@ -136,6 +138,51 @@ TEST(Liquid, SleepChangesNothing) {
     awake.step();
     if (tick % 10 != 9) continue;
     ASSERT_EQ(asleep.state_hash(), awake.state_hash()) << "after tick " << tick;
+  }
+}
+
+/// By height, over the box: voxels of a block.
+std::map<int, int> by_height(const World& world, const VoxelBox& box, BlockId block) {
+  std::map<int, int> count;
+  for (int x = box.min.x; x <= box.max.x; ++x)
+    for (int y = box.min.y; y <= box.max.y; ++y)
+      for (int z = box.min.z; z <= box.max.z; ++z) count[y] += world.store.get({x, y, z}) == block;
+  return count;
+}
+
+// Water lies under oil in the end, whichever was above or beside the other, and neither loses any.
+TEST(Liquid, WhatIsDenserSinks) {
+  const VoxelBox inside{{0, 0, 0}, {19, 11, 19}};
+  const VoxelBox starts[][2] = {
+      {{{0, 4, 0}, {19, 5, 19}}, {{0, 0, 0}, {19, 3, 19}}},   // water over oil
+      {{{0, 0, 0}, {9, 5, 19}}, {{10, 0, 0}, {19, 5, 19}}},   // beside it
+      {{{6, 8, 6}, {13, 10, 13}}, {{0, 0, 0}, {19, 3, 19}}},  // falling into it
+  };
+  for (const auto& [water_box, oil_box] : starts) {
+    World world = basin(inside);
+    const BlockId water = block_named(world, "water"), oil = block_named(world, "oil");
+    fill(world, oil_box, oil);
+    fill(world, water_box, water);
+    Matter matter(world, {.seed = 2});
+    const int64_t water_before = matter.amount(water), oil_before = matter.amount(oil);
+    int ticks = 0;
+    for (; ticks < 6000 && !matter.settled(); ++ticks) matter.step();
+    EXPECT_TRUE(matter.settled());
+    EXPECT_EQ(matter.amount(water), water_before);
+    EXPECT_EQ(matter.amount(oil), oil_before);
+    matter.flush();
+    int highest_water = -1, lowest_oil = 100;
+    for (const auto& [y, count] : by_height(world, inside, water))
+      if (count > 0) highest_water = std::max(highest_water, y);
+    for (const auto& [y, count] : by_height(world, inside, oil))
+      if (count > 0) lowest_oil = std::min(lowest_oil, y);
+    std::printf("apart after %d ticks: water up to %d, oil from %d\n", ticks, highest_water, lowest_oil);
+    // No oil lies under water, and the boundary slopes by a voxel in eight at most.
+    for (int x = 0; x <= 19; ++x)
+      for (int z = 0; z <= 19; ++z)
+        for (int y = 1; y <= 11; ++y)
+          EXPECT_FALSE(world.store.get({x, y, z}) == water && world.store.get({x, y - 1, z}) == oil);
+    EXPECT_LE(highest_water - lowest_oil, 1 + 19 / 8);
   }
 }
 
