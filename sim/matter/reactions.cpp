@@ -94,6 +94,9 @@ world::Result<ReactionTable> read_reactions(std::string_view text, const std::st
   root.read("called_by", all.called_by);
   for (TomlTable& table : root.table("born_k"))
     for (const std::string& name : table.keys()) table.read(name, all.born_k[name], kKelvin);
+  for (TomlTable& table : root.table("thins_out_per_s"))
+    for (const std::string& name : table.keys())
+      table.read(name, all.thins_out_per_s[name], NumberRange{.min = 0, .max = 10});
   all.rows = read_reaction_rows(root);
   for (TomlTable& table : root.array_of_tables("fuel")) {
     Fuel fuel;

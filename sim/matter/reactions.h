@@ -1,7 +1,9 @@
 /// What reacts with what, melts, boils and burns: the rows of sim/matter/reactions.toml, and those that a scene adds.
 ///
-///   born_k.NAME = 1400           a voxel of this block is this warm where nothing heated or cooled it; 288.15 for
-///   others called_by = [...]            blocks that call for the rules of heat, fire and reactions
+///   born_k.NAME = 1400           a voxel of this block is this warm where nothing heated or cooled it; others: 288.15
+///   called_by = [...]            blocks that call for the rules of heat, fire and reactions
+///   thins_out_per_s.NAME = 0.2   the part of a gas that mixes with the air in a second, where a voxel holds less than
+///                                a sixteenth of a full one: rules/gas.cpp
 ///
 ///   [[reaction]]
 ///   what = "lava meets water"    for reports; unique
@@ -62,6 +64,7 @@ struct Fuel {
 struct ReactionTable {
   std::vector<Reaction> rows;
   std::map<std::string, double> born_k;
+  std::map<std::string, double> thins_out_per_s;  // by gas, 0..10
   std::vector<std::string> called_by;
   std::map<std::string, Fuel> fuels;  // by block; those that ignite and aren't here burn as Fuel{}
 

@@ -40,6 +40,7 @@ struct RuleInfo {
   std::string_view name;
   std::string_view what;
   std::string_view conserves;
+  std::string_view layers;  // of the world, that it reads and writes
   /// Whether a voxel of this block calls for the rule.
   bool (*calls)(const world::Block& block) = nullptr;
   bool feels_heat = false;  // awake where it becomes warmer or colder, too

@@ -4,8 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "sim/matter/matter.h"
-#include "world/base/jobs.h"
+#include "tests/sim/matter/matter_support.h"
 #include "world/base/random.h"
 
 namespace sim {
@@ -17,29 +16,15 @@ using world::VoxelBox;
 using world::VoxelPos;
 using world::World;
 
-BlockId named(const World& world, const char* name) { return world.palette->find(name).value(); }
-void fill(World& world, const VoxelBox& box, BlockId block) {
-  world::EditBatch batch;
-  batch.fill(box, block);
-  ASSERT_TRUE(world.store.apply(batch).ok());
-}
-/// A basin of stone, open at the top; inside of the box is air.
-World basin(const VoxelBox& inside) {
-  World world(world::standard_blocks());
-  fill(world, {inside.min - VoxelPos{1, 1, 1}, inside.max + VoxelPos{1, 0, 1}}, named(world, "granite"));
-  fill(world, inside, kAir);
-  return world;
-}
-
 // CM1: averages that truncate lost all of 4080 units in 200 ticks. Amounts that move are subtracted and added.
 TEST(CM1, FourThousandUnitsAreFourThousandUnitsAfterTwoThousandTicks) {
   World world = basin({{0, 0, 0}, {15, 15, 15}});
-  fill(world, {{7, 9, 7}, {7, 9, 7}}, named(world, "water"));
+  fill(world, {{7, 9, 7}, {7, 9, 7}}, block_named(world, "water"));
   Matter matter(world, {});
   for (int tick = 0; tick < 2000; ++tick) {
     matter.step();
     if (tick % 50 == 0) {
-      ASSERT_EQ(matter.amount(named(world, "water")), kFullVoxel) << tick;
+      ASSERT_EQ(matter.amount(block_named(world, "water")), kFullVoxel) << tick;
     }
   }
   for (const LedgerRow& row : matter.ledger()) EXPECT_TRUE(row.exact()) << row.substance;
@@ -48,7 +33,7 @@ TEST(CM1, FourThousandUnitsAreFourThousandUnitsAfterTwoThousandTicks) {
 // CM3: of a finite volume no more can be taken than is there: two voxels make no third.
 TEST(CM3, WhatIsTakenFromAPoolIsGone) {
   World world = basin({{0, 0, 0}, {3, 3, 3}});
-  const BlockId water = named(world, "water");
+  const BlockId water = block_named(world, "water");
   fill(world, {{0, 0, 0}, {1, 0, 0}}, water);
   Matter matter(world, {});
   int64_t taken = 0;
@@ -67,7 +52,7 @@ TEST(CM3, WhatIsTakenFromAPoolIsGone) {
 // CM7: water that never sleeps: here nothing moves any more after some ticks.
 TEST(CM7, APoolComesToRestAndStaysSo) {
   World world = basin({{0, 0, 0}, {47, 8, 31}});
-  const BlockId water = named(world, "water");
+  const BlockId water = block_named(world, "water");
   fill(world, {{0, 0, 0}, {47, 2, 31}}, water);
   fill(world, {{10, 4, 10}, {13, 8, 13}}, water);
   Matter matter(world, {});
@@ -83,7 +68,7 @@ TEST(CM7, APoolComesToRestAndStaysSo) {
 TEST(CM8, WhatMovesMovesOneVoxelATick) {
   for (const char* name : {"sand", "water"}) {
     World world = basin({{0, 0, 0}, {7, 60, 7}});
-    const BlockId block = named(world, name);
+    const BlockId block = block_named(world, name);
     fill(world, {{3, 60, 3}, {3, 60, 3}}, block);
     Matter matter(world, {});
     for (int tick = 1; tick < 60; ++tick) {
@@ -102,7 +87,7 @@ TEST(CM9, SidesAreTakenEquallyOften) {
     std::array<double, 2> sum{}, sum_of_squares{};
     for (uint64_t seed = 0; seed < kRuns; ++seed) {
       World world = basin({{-9, 0, -9}, {9, 12, 9}});
-      const BlockId block = named(world, name);
+      const BlockId block = block_named(world, name);
       fill(world, {{0, 0, 0}, {0, 11, 0}}, block);
       Matter matter(world, {.seed = seed});
       for (int i = 0; i < 25; ++i) matter.step();
@@ -127,7 +112,7 @@ TEST(CM9, SidesAreTakenEquallyOften) {
 // CM12: what lies beyond the world's floor and border is closed: nothing waits for it.
 TEST(CM12, NothingFallsOutOfTheWorld) {
   World world(world::standard_blocks());
-  const BlockId sand = named(world, "sand"), water = named(world, "water");
+  const BlockId sand = block_named(world, "sand"), water = block_named(world, "water");
   fill(world, {{0, 100, 0}, {5, 105, 5}}, sand);
   fill(world, {{40, 100, 0}, {41, 101, 1}}, water);
   Matter matter(world, {});
@@ -142,7 +127,7 @@ TEST(CM12, NothingFallsOutOfTheWorld) {
 // X2, X5: an effect that nothing calls for is never made; a world at rest visits no leaf.
 TEST(X2, WhatIsNotCalledForDoesNothingAndHoldsNothing) {
   World world = basin({{0, 0, 0}, {20, 20, 20}});
-  fill(world, {{3, 10, 3}, {9, 18, 9}}, named(world, "sand"));
+  fill(world, {{3, 10, 3}, {9, 18, 9}}, block_named(world, "sand"));
   Matter matter(world, {});
   for (int i = 0; i < 50; ++i) matter.step();
   for (const EffectReport& effect : matter.effects()) {
@@ -159,7 +144,7 @@ TEST(X2, WhatIsNotCalledForDoesNothingAndHoldsNothing) {
 }
 TEST(X5, ASolidWorldHasNoSimulationAtAll) {
   World world(world::standard_blocks());
-  fill(world, {{0, 0, 0}, {255, 63, 255}}, named(world, "granite"));
+  fill(world, {{0, 0, 0}, {255, 63, 255}}, block_named(world, "granite"));
   Matter matter(world, {});
   for (int i = 0; i < 10; ++i) EXPECT_EQ(matter.step().leaves_visited, 0u);
   EXPECT_EQ(matter.bytes(), 0u);
@@ -169,7 +154,7 @@ TEST(X5, ASolidWorldHasNoSimulationAtAll) {
 TEST(X3, TheFirstGrainOfAWorldFallsAsAnyOther) {
   const auto make = [] { return basin({{0, 0, 0}, {20, 20, 20}}); };
   World early = make(), late = make();
-  const BlockId sand = named(early, "sand");
+  const BlockId sand = block_named(early, "sand");
   fill(early, {{5, 15, 5}, {6, 16, 7}}, sand);
   Matter a(early, {.seed = 2}), b(late, {.seed = 2, .tick = 0});
   for (int i = 0; i < 60; ++i) a.step();
@@ -183,11 +168,11 @@ TEST(X6, AnEditVisitsAsManyLeavesInASmallWorldAsInALargeOne) {
   std::vector<uint64_t> visited;
   for (const int side : {64, 256, 1024}) {
     World world(world::standard_blocks());
-    fill(world, {{0, 0, 0}, {side - 1, 31, side - 1}}, named(world, "granite"));
-    fill(world, {{10, 40, 10}, {12, 44, 12}}, named(world, "sand"));
+    fill(world, {{0, 0, 0}, {side - 1, 31, side - 1}}, block_named(world, "granite"));
+    fill(world, {{10, 40, 10}, {12, 44, 12}}, block_named(world, "sand"));
     Matter matter(world, {});
     while (!matter.settled()) matter.step();
-    fill(world, {{20, 60, 20}, {20, 60, 20}}, named(world, "sand"));
+    fill(world, {{20, 60, 20}, {20, 60, 20}}, block_named(world, "sand"));
     uint64_t leaves = 0;
     for (int i = 0; i < 60; ++i) leaves += matter.step().leaves_visited;
     visited.push_back(leaves);
@@ -202,8 +187,8 @@ TEST(X6, AnEditVisitsAsManyLeavesInASmallWorldAsInALargeOne) {
 TEST(TH11, GoingOnFromTheStoreIsTheSameAsNotStopping) {
   const auto make = [] {
     World world = basin({{0, 0, 0}, {30, 20, 30}});
-    fill(world, {{0, 0, 0}, {8, 10, 30}}, named(world, "water"));
-    fill(world, {{15, 5, 15}, {20, 14, 20}}, named(world, "sand"));
+    fill(world, {{0, 0, 0}, {8, 10, 30}}, block_named(world, "water"));
+    fill(world, {{15, 5, 15}, {20, 14, 20}}, block_named(world, "sand"));
     return world;
   };
   World a = make(), b = make();
@@ -220,9 +205,9 @@ TEST(TH11, GoingOnFromTheStoreIsTheSameAsNotStopping) {
 TEST(TH11, HeatThatIsOnItsWayIsKeptToo) {
   const auto make = [] {
     World world = basin({{0, 0, 0}, {30, 20, 30}});
-    fill(world, {{2, 0, 2}, {8, 4, 8}}, named(world, "lava"));
-    fill(world, {{20, 0, 2}, {28, 2, 28}}, named(world, "water"));
-    fill(world, {{9, 0, 2}, {12, 6, 8}}, named(world, "oak_planks"));
+    fill(world, {{2, 0, 2}, {8, 4, 8}}, block_named(world, "lava"));
+    fill(world, {{20, 0, 2}, {28, 2, 28}}, block_named(world, "water"));
+    fill(world, {{9, 0, 2}, {12, 6, 8}}, block_named(world, "oak_planks"));
     return world;
   };
   World a = make(), b = make();

@@ -405,6 +405,7 @@ RuleInfo fire_info() {
   return {.name = "fire",
           .what = "what is warm enough burns, lights what is near, and leaves ash",
           .conserves = "",
+          .layers = "blocks, heat",
           .calls = calls_for_heat,
           .feels_heat = true};
 }

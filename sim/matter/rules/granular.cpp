@@ -359,6 +359,7 @@ RuleInfo granular_info() {
   return {.name = "granular",
           .what = "sand, gravel, snow and ash fall, heap up at their angle of repose, and sink",
           .conserves = "voxels of each block",
+          .layers = "blocks; liquid, gas and heat move along",
           .calls = [](const world::Block& block) { return block.phase == world::Phase::granular; }};
 }
 std::unique_ptr<Rule> make_granular_rule(size_t rule) { return std::make_unique<Granular>(rule); }

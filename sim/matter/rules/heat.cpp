@@ -380,6 +380,7 @@ RuleInfo heat_info() {
   return {.name = "heat",
           .what = "what is warmer warms what is beside it",
           .conserves = "energy",
+          .layers = "blocks, heat",
           .calls = calls_for_heat,
           .feels_heat = true};
 }

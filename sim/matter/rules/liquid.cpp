@@ -254,6 +254,7 @@ RuleInfo liquid_info() {
   return {.name = "liquid",
           .what = "water, oil, lava and others flow and find their level",
           .conserves = "amount of each liquid",
+          .layers = "blocks, liquid",
           .calls = [](const world::Block& block) { return block.phase == world::Phase::liquid; }};
 }
 std::unique_ptr<Rule> make_liquid_rule(size_t rule) { return std::make_unique<Liquid>(rule); }

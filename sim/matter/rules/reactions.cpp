@@ -382,6 +382,7 @@ RuleInfo reactions_info() {
   return {.name = "reactions",
           .what = "what touches reacts; what is warm or cold enough melts, boils, freezes, is fired",
           .conserves = "energy, with the heat that rows say they free",
+          .layers = "blocks, liquid, gas, heat",
           .calls = calls_for_heat,
           .feels_heat = true};
 }

@@ -158,6 +158,7 @@ RuleInfo support_info() {
   return {.name = "support",
           .what = "solids that have lost their connection to the ground fall, each piece as one",
           .conserves = "voxels of each block, and their heat",
+          .layers = "blocks, heat",
           .calls = [](const world::Block&) { return false; }};
 }
 std::unique_ptr<Rule> make_support_rule(size_t rule) { return std::make_unique<Support>(rule); }

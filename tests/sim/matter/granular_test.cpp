@@ -2,9 +2,7 @@
 
 #include <cmath>
 
-#include "tests/sim/matter/matter_support.h"
-#include "world/base/jobs.h"
-#include "world/base/simd.h"
+#include "tests/sim/matter/heat_support.h"
 
 namespace sim {
 namespace {
@@ -38,12 +36,12 @@ void expect_equal_to_dense(std::initializer_list<const char*> things, uint64_t s
   const VoxelBox box{{-13, -9, -11}, {20, 22, 17}};
   World world = strewn_box(box, things, seed, 0.3);
   DenseMatter dense(world, box, seed);
-  Matter matter(world, {.seed = seed});
+  RuleAlone rule(world, "granular", {.seed = seed});  // gases have a rule of their own
   for (uint64_t tick = 0; tick < 60; ++tick) {
-    matter.step();
+    rule.step();
     dense.step_granular(tick);
     if (tick % 7 != 0 && tick < 50) continue;
-    matter.flush();
+    rule.cells().flush();
     ASSERT_EQ(differences(world, dense), 0u) << "after tick " << tick;
   }
 }
@@ -56,32 +54,22 @@ TEST(Granular, GrainsInAirAndGasesMoveAsTheRuleSays) { expect_equal_to_dense({"s
 
 TEST(Granular, TheStateIsTheSameForAnyThreadsAndInstructions) {
   const VoxelBox box{{-30, 0, -30}, {33, 60, 33}};
-  std::vector<uint64_t> hashes;
-  const auto run = [&] {
+  expect_the_same_for_any_threads_and_instructions([&] {
     World world = strewn_box(box, {"sand", "gravel"}, 9, 0.2);
     fill(world, {{-30, 30, -30}, {0, 45, 0}}, block_named(world, "sand"));
     Matter matter(world, {.seed = 9});
     for (int i = 0; i < 80; ++i) matter.step();
-    hashes.push_back(matter.state_hash());
-  };
-  for (const int threads : {1, 2, 3, 8}) {
-    const world::ThreadLimit limit(threads);
-    run();
-  }
-  for (const world::SimdLevel& level : world::simd_levels()) {
-    const world::SimdChoice choice(level);
-    run();
-  }
-  for (const uint64_t hash : hashes) EXPECT_EQ(hash, hashes[0]);
+    return matter.state_hash();
+  });
 }
 
 TEST(Granular, KeepsEveryVoxelOfEachBlock) {
   const VoxelBox box{{0, 0, 0}, {40, 40, 40}};
   World world = strewn_box(box, {"sand", "gravel", "red_sand", "smoke"}, 12, 0.4);
   const world::Census before = world.store.census();
-  Matter matter(world, {.seed = 12});
-  for (int i = 0; i < 200; ++i) matter.step();
-  matter.flush();
+  RuleAlone rule(world, "granular", {.seed = 12});
+  for (int i = 0; i < 200; ++i) rule.step();
+  rule.cells().flush();
   EXPECT_EQ(world.store.census(), before);
 }
 

@@ -1,8 +1,6 @@
 #include <gtest/gtest.h>
 
 #include "tests/sim/matter/heat_support.h"
-#include "world/base/jobs.h"
-#include "world/base/simd.h"
 
 namespace sim {
 namespace {
@@ -89,8 +87,7 @@ TEST(Heat, EnergyIsExactForEveryScheme) {
 
 TEST(Heat, TheStateIsTheSameForAnyThreadsAndInstructions) {
   for (const HeatScheme scheme : {HeatScheme::explicit_steps, HeatScheme::implicit}) {
-    std::vector<uint64_t> hashes;
-    const auto run = [&] {
+    expect_the_same_for_any_threads_and_instructions([&] {
       World world = world_of({{0, 0, 0}, {23, 23, 23}}, patchwork);
       MatterOptions options;
       options.knobs = knobs_of(scheme, 450);
@@ -101,17 +98,8 @@ TEST(Heat, TheStateIsTheSameForAnyThreadsAndInstructions) {
       for (int x = -8; x < 32; ++x)
         for (int y = 0; y < 32; ++y)
           for (int z = -8; z < 32; ++z) hash = world::hash_combine(hash, static_cast<uint64_t>(rule.heat({x, y, z})));
-      hashes.push_back(hash);
-    };
-    for (const int threads : {1, 2, 3, 8}) {
-      const world::ThreadLimit limit(threads);
-      run();
-    }
-    for (const world::SimdLevel& level : world::simd_levels()) {
-      const world::SimdChoice choice(level);
-      run();
-    }
-    for (const uint64_t hash : hashes) EXPECT_EQ(hash, hashes[0]);
+      return hash;
+    });
   }
 }
 

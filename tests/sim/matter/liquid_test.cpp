@@ -3,8 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "tests/sim/matter/matter_support.h"
-#include "world/base/jobs.h"
-#include "world/base/simd.h"
 
 namespace sim {
 namespace {
@@ -14,15 +12,6 @@ using world::kAir;
 using world::VoxelBox;
 using world::VoxelPos;
 using world::World;
-
-/// A basin of stone: inside of the box is air.
-World basin(const VoxelBox& inside) {
-  World world(world::standard_blocks());
-  const VoxelPos one{1, 1, 1};
-  fill(world, {inside.min - one, inside.max + VoxelPos{1, 0, 1}}, block_named(world, "granite"));
-  fill(world, inside, kAir);
-  return world;
-}
 
 /// Of each column of the box the amount of liquid.
 std::vector<int> levels(const Matter& matter, const VoxelBox& box) {
@@ -100,25 +89,15 @@ TEST(Liquid, BothArmsOfAUTubeStandLevelWithinOneUnit) {
 }
 
 TEST(Liquid, TheStateIsTheSameForAnyThreadsAndInstructions) {
-  std::vector<uint64_t> hashes;
-  const auto run = [&] {
+  expect_the_same_for_any_threads_and_instructions([] {
     World world = basin({{-20, 0, -20}, {40, 30, 40}});
     fill(world, {{-20, 3, -20}, {0, 25, 0}}, block_named(world, "water"));
     fill(world, {{20, 3, 20}, {40, 25, 40}}, block_named(world, "honey"));
     fill(world, {{5, 20, 5}, {15, 28, 15}}, block_named(world, "sand"));
     Matter matter(world, {.seed = 3});
     for (int i = 0; i < 100; ++i) matter.step();
-    hashes.push_back(matter.state_hash());
-  };
-  for (const int threads : {1, 2, 3, 8}) {
-    const world::ThreadLimit limit(threads);
-    run();
-  }
-  for (const world::SimdLevel& level : world::simd_levels()) {
-    const world::SimdChoice choice(level);
-    run();
-  }
-  for (const uint64_t hash : hashes) EXPECT_EQ(hash, hashes[0]);
+    return matter.state_hash();
+  });
 }
 
 // CM11: sleeping changes nothing: a run in which everything is woken in each tick is the same, tick by tick.

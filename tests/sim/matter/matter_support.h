@@ -1,12 +1,16 @@
 /// What the tests of matter share: small worlds, and the rules once more, voxel by voxel over a dense box.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <map>
 #include <string_view>
 #include <vector>
 
 #include "sim/matter/granular_kernel.h"
 #include "sim/matter/matter.h"
+#include "world/base/jobs.h"
+#include "world/base/simd.h"
 #include "world/world.h"
 
 namespace sim {
@@ -18,6 +22,37 @@ inline void fill(world::World& world, const world::VoxelBox& box, world::BlockId
   world::EditBatch batch;
   batch.fill(box, block);
   CHECK(world.store.apply(batch).ok());
+}
+
+/// A basin of stone, open at the top; inside of the box is air.
+inline world::World basin(const world::VoxelBox& inside) {
+  world::World world(world::standard_blocks());
+  const world::VoxelPos one{1, 1, 1};
+  fill(world, {inside.min - one, inside.max + world::VoxelPos{1, 0, 1}}, block_named(world, "granite"));
+  fill(world, inside, world::kAir);
+  return world;
+}
+/// The same with a ceiling.
+inline world::World sealed_room(const world::VoxelBox& inside) {
+  world::World world(world::standard_blocks());
+  const world::VoxelPos one{1, 1, 1};
+  fill(world, {inside.min - one, inside.max + one}, block_named(world, "granite"));
+  fill(world, inside, world::kAir);
+  return world;
+}
+
+/// run() makes a world, simulates it and returns a hash of its state: the same for any threads and instructions.
+template <class Run>
+void expect_the_same_for_any_threads_and_instructions(Run run) {
+  const uint64_t first = run();
+  for (const int threads : {1, 2, 3, 8}) {
+    const world::ThreadLimit limit(threads);
+    EXPECT_EQ(run(), first) << threads << " threads";
+  }
+  for (const world::SimdLevel& level : world::simd_levels()) {
+    const world::SimdChoice choice(level);
+    EXPECT_EQ(run(), first) << level.name;
+  }
 }
 
 /// A dense box of blocks; outside of it all is closed. The rules are written here as their headers state them, with no
