@@ -21,6 +21,7 @@ class RuleAlone {
     CHECK(rule_ != nullptr);
     cells_.set_feels_heat({1});
     cells_.wake_all(blocks_out_of_rest(*world.palette));
+    rule_->start(cells_, options_);
   }
   RuleReport step() {
     cells_.follow_edits();
