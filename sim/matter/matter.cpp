@@ -60,6 +60,34 @@ int32_t floor_of(const world::World& world) {
 
 }  // namespace
 
+std::vector<EffectReport> called_rules(const world::World& world) {
+  std::vector<EffectReport> all;
+  const world::Census census = world.store.census();
+  for (const RuleRow& row : rule_rows()) {
+    EffectReport report;
+    report.name = row.info.name;
+    report.why = "no block calls for it, and the scene doesn't ask";
+    uint64_t voxels = 0;
+    for (const auto& [id, count] : census) {
+      const world::Block& block = (*world.palette)[id];
+      if (!row.info.calls(block)) continue;
+      if (voxels == 0) report.why = block.name;
+      report.called_for = true;
+      voxels += count;
+      if (voxels > count && !report.why.ends_with(" and others")) report.why += " and others";
+    }
+    const std::vector<std::string>& asked = world.simulation.effects;
+    if (report.called_for) {
+      report.why += ", " + std::to_string(voxels) + " voxels";
+    } else if (std::find(asked.begin(), asked.end(), report.name) != asked.end()) {
+      report.called_for = true;
+      report.why = "the scene asks for it";
+    }
+    all.push_back(std::move(report));
+  }
+  return all;
+}
+
 Matter::Matter(world::World& world, const MatterOptions& options)
     : world_(world), options_(options), tick_(options.tick), rules_(rule_rows().size()) {
   call_rules();

@@ -27,6 +27,10 @@ struct EffectReport {
   std::vector<std::string> notes;  // of the last tick that had any
 };
 
+/// Which rules a world calls for as it is, by its census and its scene's requests, and why; one a row of rule_rows().
+/// Nothing is made or run.
+std::vector<EffectReport> called_rules(const world::World& world);
+
 struct StepReport {
   uint64_t leaves_visited = 0;  // by all rules
   uint64_t voxels_changed = 0;

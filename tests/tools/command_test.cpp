@@ -1,4 +1,6 @@
 // What a user sees of bad input: one clear sentence on stderr, the exit code of design section 7, nothing half written.
+#include <map>
+
 #include <nlohmann/json.hpp>
 
 #include "tests/tools/command.h"
@@ -109,7 +111,7 @@ TEST_F(Command, InfoAndConvertSayTheKeysThatOthersRelyOn) {
   ASSERT_EQ(info.code, 0) << info.error;
   const auto j = nlohmann::json::parse(info.out);
   for (const char* key : {"voxels", "census", "unmapped", "bounds", "bytes_memory", "bytes_disk", "bytes_per_m3_memory",
-                          "layers", "effects"})
+                          "layers", "effects", "rules"})
     EXPECT_TRUE(j.contains(key)) << key;
   const Outcome render = run("render cube --json --backend raycast --size 32x32 -o " + path("a.png"));
   ASSERT_EQ(render.code, 0) << render.error;
@@ -117,6 +119,24 @@ TEST_F(Command, InfoAndConvertSayTheKeysThatOthersRelyOn) {
   for (const char* key : {"ms", "rays", "faces_drawn", "passes", "device", "effects"})
     EXPECT_TRUE(r.contains(key)) << key;
   EXPECT_GE(r["rays"].get<int>(), 32 * 32);
+}
+
+TEST_F(Command, InfoListsEachRuleOfMatterWithWhatCallsForIt) {
+  const Outcome info = run("info burning_house --json");
+  ASSERT_EQ(info.code, 0) << info.error;
+  std::map<std::string, nlohmann::json> rules;
+  const auto j = nlohmann::json::parse(info.out);
+  for (const auto& rule : j["rules"]) {
+    rules[rule["name"]] = rule;
+    for (const char* key : {"why", "what", "layers", "conserves"})
+      EXPECT_FALSE(rule[key].get<std::string>().empty()) << rule["name"] << " " << key;
+  }
+  EXPECT_GE(rules.size(), 9u);
+  EXPECT_TRUE(rules.at("fire")["called_for"].get<bool>());
+  EXPECT_EQ(rules.at("fire")["why"], "fire, 1 voxels");
+  EXPECT_FALSE(rules.at("gas")["called_for"].get<bool>()) << "smoke comes with the fire";
+  EXPECT_FALSE(rules.at("growth")["called_for"].get<bool>());
+  EXPECT_NE(run("info dam --effects").out.find("liquid           yes  water"), std::string::npos);
 }
 
 TEST_F(Command, APictureBySamplesSaysWhatItTookAndGoesOn) {

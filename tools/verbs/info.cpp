@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "sim/matter/matter.h"
 #include "tools/json_text.h"
 #include "tools/verb.h"
 #include "world/base/text.h"
@@ -67,6 +68,17 @@ nlohmann::json info_json(const world::World& world, const world::ImportReport& r
   j["effects"] = nlohmann::json::array();
   for (const world::EffectCall& effect : world::called_effects(world))
     j["effects"].push_back({{"name", effect.name}, {"called_for", effect.called_for}, {"why", effect.why}});
+  j["rules"] = nlohmann::json::array();
+  const std::vector<sim::EffectReport> rules = sim::called_rules(world);
+  for (size_t r = 0; r < rules.size(); ++r) {
+    const sim::RuleInfo& info = sim::rule_rows()[r].info;
+    j["rules"].push_back({{"name", info.name},
+                          {"called_for", rules[r].called_for},
+                          {"why", rules[r].why},
+                          {"what", info.what},
+                          {"layers", info.layers},
+                          {"conserves", info.conserves}});
+  }
   char hash[20];
   std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(world.store.content_hash()));
   j["hash"] = hash;
@@ -120,6 +132,14 @@ void print_info(const nlohmann::json& j, bool effects) {
   for (const auto& effect : j["effects"])
     std::printf("  %-16s %-4s %s\n", effect["name"].get<std::string>().c_str(),
                 effect["called_for"].get<bool>() ? "yes" : "no", effect["why"].get<std::string>().c_str());
+  std::printf("\nrules of matter (what rules make may call for more)\n");
+  for (const auto& rule : j["rules"]) {
+    std::printf("  %-16s %-4s %s\n", rule["name"].get<std::string>().c_str(),
+                rule["called_for"].get<bool>() ? "yes" : "no", rule["why"].get<std::string>().c_str());
+    std::printf("  %-16s      %s\n", "", rule["what"].get<std::string>().c_str());
+    std::printf("  %-16s      layers: %s; keeps: %s\n", "", rule["layers"].get<std::string>().c_str(),
+                rule["conserves"].get<std::string>().c_str());
+  }
 }
 
 /// Of a file, or of all files of a folder; 0 for a scene that is compiled in.
@@ -155,7 +175,7 @@ void add_info_verb(Command& command) {
   auto options = std::make_shared<InfoOptions>();
   CLI::App* verb = command.verb("info", "what a world holds and costs");
   verb->add_option("FILE", options->file, "a world, an importable file, or a scene")->required();
-  verb->add_flag("--effects", options->effects, "which effects it calls for, and why");
+  verb->add_flag("--effects", options->effects, "which effects and rules of matter it calls for, and why");
   verb->add_flag("--json", options->json, "one JSON object on stdout");
   command.action(verb, [options] { return run_info(*options); });
 }

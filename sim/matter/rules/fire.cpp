@@ -404,7 +404,7 @@ RuleReport Fire::step(Cells& cells, const Tick& tick) {
 RuleInfo fire_info() {
   return {.name = "fire",
           .what = "what is warm enough burns, lights what is near, and leaves ash",
-          .conserves = "",
+          .conserves = "nothing: what burns is booked",
           .layers = "blocks, heat",
           .calls = calls_for_heat,
           .feels_heat = true};
