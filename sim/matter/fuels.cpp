@@ -21,8 +21,8 @@ void FireBlocks::follow() {
     const world::Block& block = (*palette_)[id];
     FireTraits t;
     t.flame = block.name == "fire";
-    t.air = id == world::kAir;
-    t.feeds = t.flame || t.air || block.name == "smoke";
+    t.air = id == world::kAir || block.name == "smoke";
+    t.feeds = t.flame || t.air;
     if (t.flame) fire_ = id;
     if (block.name == "smoke") smoke_ = id;
     const auto born = table.born_k.find(block.name);

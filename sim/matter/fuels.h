@@ -8,7 +8,7 @@ namespace sim {
 struct FireTraits {
   bool fuel = false;   // a solid that ignites
   bool flame = false;  // the block fire
-  bool air = false;
+  bool air = false;    // flames may stand there: air, smoke
   bool feeds = false;  // lets air to a fire: air, fire, smoke
   bool hot = false;    // lights fuels beside it: lava, magma rock, embers, fire
   world::BlockId leaves = world::kAir;
