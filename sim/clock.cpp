@@ -1,6 +1,7 @@
 #include "sim/clock.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "world/base/errors.h"
 
@@ -35,6 +36,13 @@ double phase_at(uint64_t tick, TickLength period, double part, TickLength length
                          part * static_cast<double>(a / b);
   const double phase = periods - static_cast<double>(static_cast<int64_t>(periods));
   return phase < 1 ? phase : 0;
+}
+
+uint64_t due_in_tick(double per_tick, uint64_t tick) {
+  // In 2^-32: the rate is rounded once, and sums are whole numbers.
+  const auto rate = static_cast<unsigned __int128>(std::llround(per_tick * 0x1p32));
+  const auto until = [&](uint64_t t) { return static_cast<uint64_t>(rate * t >> 32); };
+  return until(tick + 1) - until(tick);
 }
 
 Clock::Clock(TickLength length, int most_ticks) : length_(length), most_ticks_(most_ticks) {

@@ -23,12 +23,18 @@ struct TickLength {
   double seconds() const { return static_cast<double>(numerator) / denominator; }
 };
 
+constexpr TickLength kMatterTick{1, 20};  // of the rules of matter, and of what lives among it
+
 /// The time at which a tick begins, in s: rounded once, however many ticks there were.
 double seconds_at(uint64_t tick, TickLength length = {});
 
 /// Where in its period something is at a tick and a part of the next: in [0, 1). The period is a fraction of seconds.
 /// error  2^-52 of a period at any tick, where the parts of the fraction are at most 1000000
 double phase_at(uint64_t tick, TickLength period, double part = 0, TickLength length = {});
+
+/// How many things of a steady rate come in a tick, so that over any ticks their sum is right within one: a function of
+/// the tick, not of what came before. 0 <= per_tick < 2^31.
+uint64_t due_in_tick(double per_tick, uint64_t tick);
 
 class Clock {
  public:

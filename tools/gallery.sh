@@ -69,6 +69,9 @@ simulated hourglass hourglass 600
 simulated burning_house burning_house 1500
 simulated burnt_house burning_house 4000
 simulated lava_meets_sea lava_meets_sea 200
+simulated standing collapse 0
+simulated collapse collapse 1500
+simulated rainstorm rainstorm 1200
 size=960x540
 
 # The ladder of light models: one cave, a picture a rung, with its time and its error against the path tracer below it.

@@ -132,6 +132,7 @@ class Cells {
   /// Its ids, written out; nothing is made.
   void ids(PageId p, std::span<world::BlockId, world::kLeafVoxels> into) const { values_of(p, into); }
   const world::BlockPalette& palette() const { return store_.palette(); }
+  int32_t floor_y() const { return floor_leaf_ * world::kLeafSize; }
   const world::Store& store() const { return store_; }  // lags behind until flush()
   /// Its ids, made where there are none; whoever moves something in the page keeps them right from then on.
   Blocks& blocks(PageId p);

@@ -35,6 +35,8 @@ struct Matter::Running {
 
 namespace {
 
+constexpr const char* kBodiesState = "bodies";  // the part of a world's state that is theirs
+
 /// Calls visit(block, voxel, value) for the active voxels of a layer of integers.
 template <class Visit>
 void for_each_active(const world::Store& store, world::Layer layer, Visit visit) {
@@ -58,6 +60,11 @@ int32_t floor_of(const world::World& world) {
   return lowest == INT32_MAX ? 0 : lowest * world::kRegionSize;
 }
 
+bool brings_rain(const world::World& world) {
+  const std::vector<world::ParticleSource>& sources = world.simulation.particles;
+  return std::any_of(sources.begin(), sources.end(), [](const auto& source) { return !source.brings.empty(); });
+}
+
 }  // namespace
 
 std::vector<EffectReport> called_rules(const world::World& world) {
@@ -76,7 +83,8 @@ std::vector<EffectReport> called_rules(const world::World& world) {
       voxels += count;
       if (voxels > count && !report.why.ends_with(" and others")) report.why += " and others";
     }
-    const std::vector<std::string>& asked = world.simulation.effects;
+    std::vector<std::string> asked = world.simulation.effects;
+    if (brings_rain(world)) asked.push_back("rainfall");
     if (report.called_for) {
       report.why += ", " + std::to_string(voxels) + " voxels";
     } else if (std::find(asked.begin(), asked.end(), report.name) != asked.end()) {
@@ -90,11 +98,42 @@ std::vector<EffectReport> called_rules(const world::World& world) {
 
 Matter::Matter(world::World& world, const MatterOptions& options)
     : world_(world), options_(options), tick_(options.tick), rules_(rule_rows().size()) {
+  options_.sources = world.simulation.particles;
+  if (brings_rain(world)) options_.effects.push_back("rainfall");
   call_rules();
   start_ = amounts();
   flushed_ = world_.store.census();
 }
 Matter::~Matter() = default;
+
+world::Status Matter::begin() {
+  for (const world::ParticleSource& source : options_.sources) {
+    if (source.brings.empty()) continue;
+    const auto block = world_.palette->find(source.brings);
+    if (!block || (*world_.palette)[*block].phase != world::Phase::liquid)
+      return world::input_error("[[particles]]: brings = \"" + source.brings + "\", which is no block that is liquid");
+  }
+  TRY(inhabitants_, Inhabitants::make(world_, options_.knobs, options_.seed));
+  const std::map<std::string, std::string>& state = world_.simulation.state;
+  for (size_t r = 0; r < rules_.size(); ++r)
+    if (const auto at = state.find(std::string(rule_rows()[r].info.name)); rules_[r].rule && at != state.end())
+      TRY_STATUS(rules_[r].rule->restore(*cells_, at->second));
+  if (const auto at = state.find(kBodiesState); inhabitants_ && at != state.end())
+    TRY_STATUS(inhabitants_->restore(at->second));
+  return {};
+}
+
+void Matter::save_state() {
+  flush();
+  std::map<std::string, std::string>& state = world_.simulation.state;
+  state.clear();
+  const auto keep = [&](std::string_view name, std::string text) {
+    if (!text.empty()) state[std::string(name)] = std::move(text);
+  };
+  for (size_t r = 0; r < rules_.size(); ++r)
+    if (rules_[r].rule) keep(rule_rows()[r].info.name, rules_[r].rule->state());
+  if (inhabitants_) keep(kBodiesState, inhabitants_->state());
+}
 
 /// Makes the rules that are called for now and weren't.
 void Matter::call_rules() {
@@ -149,8 +188,17 @@ void Matter::follow_edits() {
 }
 
 StepReport Matter::step() {
-  StepReport report;
   const Tick tick{tick_++, options_.seed, &options_};
+  const StepReport report = step_rules(tick);
+  if (inhabitants_) {
+    flush();  // they live in the store's blocks
+    inhabitants_->step(tick.number);
+  }
+  return report;
+}
+
+StepReport Matter::step_rules(const Tick& tick) {
+  StepReport report;
   if (!cells_) {
     call_rules();
     if (!cells_) return report;
@@ -158,7 +206,7 @@ StepReport Matter::step() {
   follow_edits();
   for (size_t r = 0; r < rules_.size(); ++r)
     if (!rules_[r].rule) cells_->awake(r).clear();
-  if (settled()) {
+  if (cells_->settled()) {
     close();
     return report;
   }
@@ -185,7 +233,7 @@ StepReport Matter::step() {
   }
   for (size_t r = 0; r < rules_.size(); ++r)
     if (!rules_[r].rule) cells_->awake(r).clear();
-  if (settled()) close();
+  if (cells_->settled()) close();
   return report;
 }
 
@@ -201,7 +249,7 @@ void Matter::wake_all() {
   if (cells_) cells_->wake_all();
 }
 
-bool Matter::settled() const { return !cells_ || cells_->settled(); }
+bool Matter::settled() const { return (!cells_ || cells_->settled()) && !(inhabitants_ && inhabitants_->awake()); }
 
 size_t Matter::awake_leaves() const {
   if (!cells_) return 0;
@@ -230,6 +278,7 @@ uint64_t Matter::state_hash() {
   for (const Running& running : rules_)
     if (running.rule)
       for (const char c : running.rule->state()) hash = world::hash_combine(hash, static_cast<unsigned char>(c));
+  if (bodies()) hash = world::hash_combine(hash, bodies()->content_hash());
   return hash;
 }
 
@@ -293,9 +342,20 @@ std::vector<EffectReport> Matter::effects() const {
     report.notes = running.notes;
     all.push_back(std::move(report));
   }
+  const auto add = [&](const char* name, const Inhabitants::Count& count) {
+    EffectReport& report = all.emplace_back();
+    report.name = name, report.called_for = count.made, report.why = count.made ? "the scene asks for it" : "";
+    report.moved = count.moved, report.ms = count.ms, report.bytes = count.bytes;
+  };
+  add("bodies", inhabitants_ ? inhabitants_->bodies_count() : Inhabitants::Count{});
+  add("particles", inhabitants_ ? inhabitants_->particles_count() : Inhabitants::Count{});
   return all;
 }
 
-size_t Matter::bytes() const { return cells_ ? cells_->bytes() : 0; }
+size_t Matter::bytes() const {
+  size_t all = cells_ ? cells_->bytes() : 0;
+  if (inhabitants_) all += inhabitants_->bodies_count().bytes + inhabitants_->particles_count().bytes;
+  return all;
+}
 
 }  // namespace sim

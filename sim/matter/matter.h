@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/bodies/inhabitants.h"
 #include "sim/knobs.h"
 #include "sim/matter/reactions.h"
 #include "sim/matter/rule.h"
@@ -22,6 +23,7 @@ struct EffectReport {
   std::string why;
   // Sums over all ticks so far.
   uint64_t leaves_visited = 0, voxels_changed = 0;
+  uint64_t moved = 0;  // bodies or particles, those of each tick
   double ms = 0;
   size_t bytes = 0;
   std::vector<std::string> notes;  // of the last tick that had any
@@ -49,7 +51,8 @@ struct MatterOptions {
   uint64_t tick = 0;                      // of the world: what was simulated before
   std::vector<std::string> effects = {};  // asked for beyond what the content calls for
   SimKnobs knobs = {};
-  std::vector<Reaction> reactions = {};  // of the scene, beyond the rows of reactions.toml
+  std::vector<Reaction> reactions = {};             // of the scene, beyond the rows of reactions.toml
+  std::vector<world::ParticleSource> sources = {};  // the world's own, set by Matter
 };
 
 class Matter {
@@ -57,6 +60,13 @@ class Matter {
   /// The world must outlive it; its blocks may be edited between steps. Everything that may move is awake at first.
   Matter(world::World& world, const MatterOptions& options);
   ~Matter();
+
+  /// Puts in the bodies and particles that the world asks for, or goes on where save_state() left off. Once, before the
+  /// first step; without it there are none. Fails where the world asks for what can't be, or its state is damaged.
+  world::Status begin();
+  /// Writes all of the state to the world, blocks and layers and what else rules and bodies hold: whoever saves the
+  /// world then, loads it, and makes a Matter of it at this tick, goes on as if nothing had been in between.
+  void save_state();
 
   /// One tick. Edits of the store since the last flush() are taken in first.
   StepReport step();
@@ -77,12 +87,15 @@ class Matter {
   std::vector<LedgerRow> ledger();
   /// How much liquid or gas a voxel holds, 0 to about kFullVoxel.
   int amount_at(world::VoxelPos v) const;
-  /// Every rule, also those that were not called for.
+  /// Every rule, bodies and particles, also those that were not called for.
   std::vector<EffectReport> effects() const;
+  const Bodies* bodies() const { return inhabitants_ ? inhabitants_->bodies() : nullptr; }
+  const Particles* particles() const { return inhabitants_ ? inhabitants_->particles() : nullptr; }
   size_t bytes() const;
 
  private:
   struct Running;
+  StepReport step_rules(const Tick& tick);
   void call_rules();
   void follow_edits();
   void close();
@@ -96,6 +109,7 @@ class Matter {
   world::Census flushed_;                           // of the store when it was last written
   std::map<world::BlockId, Cells::Booked> edited_;  // by others
   std::vector<Running> rules_;                      // one a row of rule_rows()
+  std::unique_ptr<Inhabitants> inhabitants_;        // null: none
 };
 
 }  // namespace sim

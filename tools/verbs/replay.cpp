@@ -35,6 +35,7 @@ world::Result<int> run_replay(const ReplayOptions& options) {
   matter_options.effects = world.simulation.effects;
   for (const auto& [name, value] : recording.knobs) TRY_STATUS(sim::sim_knobs().set(matter_options.knobs, name, value));
   sim::Matter matter(world, matter_options);
+  TRY_STATUS(matter.begin());
   Progress progress;
   uint64_t same_until = recording.start;
   nlohmann::json j{

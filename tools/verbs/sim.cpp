@@ -73,6 +73,7 @@ nlohmann::json sim_json(sim::Matter& matter, const SimResult& result) {
                             {"ms", effect.ms},
                             {"leaves_visited", effect.leaves_visited},
                             {"voxels_changed", effect.voxels_changed},
+                            {"moved", effect.moved},
                             {"bytes", effect.bytes},
                             {"notes", effect.notes}});
   return j;
@@ -93,6 +94,10 @@ void print_sim(const nlohmann::json& j) {
                 world::with_thousands(effect["leaves_visited"].get<uint64_t>()).c_str(),
                 world::with_thousands(effect["voxels_changed"].get<uint64_t>()).c_str(),
                 effect["called_for"].get<bool>() ? effect["why"].get<std::string>().c_str() : "nothing");
+  for (const auto& effect : j["effects"])
+    if (const auto moved = effect["moved"].get<uint64_t>(); moved > 0)
+      std::printf("  %s: %s moved, those of each tick\n", effect["name"].get<std::string>().c_str(),
+                  world::with_thousands(moved).c_str());
   for (const auto& effect : j["effects"])
     for (const auto& note : effect["notes"])
       std::printf("  %s: %s\n", effect["name"].get<std::string>().c_str(), note.get<std::string>().c_str());
@@ -130,6 +135,7 @@ world::Result<int> run_sim(const SimOptions& options) {
   if (const auto tick = world.metadata.find(kTickKey); tick != world.metadata.end())
     matter_options.tick = std::strtoull(tick->second.c_str(), nullptr, 10);
   sim::Matter matter(world, matter_options);
+  TRY_STATUS(matter.begin());
 
   const uint64_t most = options.has_ticks ? options.ticks : kMostTicks;
   SimResult result;
@@ -163,6 +169,7 @@ world::Result<int> run_sim(const SimOptions& options) {
   if (!options.record.empty()) TRY_STATUS(write_recording(recording, options.record));
   if (!options.save.empty() || result.interrupted) {
     const std::string path = options.save.empty() ? scene.name + "-checkpoint.loam" : options.save;
+    matter.save_state();
     world.metadata[kTickKey] = std::to_string(matter.tick());
     world.simulation.seed = matter_options.seed;
     TRY_STATUS(world::write_world(world, path));

@@ -16,6 +16,7 @@ namespace world {
 namespace {
 
 constexpr size_t kRecordsPerRow = 256;
+const std::string kStateKey = "scene.state.";
 
 constexpr NumberRange kNotNegative{.min = 0};
 constexpr NumberRange kPart{.min = 0, .max = 1, .open_max = true};
@@ -52,6 +53,9 @@ std::string text_of(const Bands3<U>& v) {
 /// The voxel, then the fraction: exact wherever it lies.
 std::string text_of(const WorldPoint& p) {
   return array_text(double(p.voxel.x), double(p.voxel.y), double(p.voxel.z), p.fraction.x, p.fraction.y, p.fraction.z);
+}
+std::string text_of(const VoxelBox& b) {
+  return fmt::format("[{}, {}, {}, {}, {}, {}]", b.min.x, b.min.y, b.min.z, b.max.x, b.max.y, b.max.z);
 }
 std::string text_of(const glm::dmat3& m) {
   return array_text(m[0].x, m[0].y, m[0].z, m[1].x, m[1].y, m[1].z, m[2].x, m[2].y, m[2].z);
@@ -96,6 +100,12 @@ bool read_value(TomlTable& t, const char* key, WorldPoint& p, NumberRange) {
       p.voxel[axis] = static_cast<int32_t>(n[axis]);
       p.fraction[axis] = n[3 + axis];
     }
+  });
+}
+bool read_value(TomlTable& t, const char* key, VoxelBox& b, NumberRange) {
+  return read_numbers<int32_t, 6>(t, key, kBorder, [&](const int32_t* n) {
+    b = {{n[0], n[1], n[2]}, {n[3], n[4], n[5]}};
+    if (b.empty()) t.fail(key, "a box is its lowest voxel and its highest");
   });
 }
 bool read_value(TomlTable& t, const char* key, glm::dmat3& m, NumberRange range) {
@@ -148,6 +158,23 @@ void visit_record(Visitor& v, CameraPlacement& r) {
   FIELD(name), FIELD(position), FIELD(forward);
   FIELD(vertical_fov_deg, {.min = 0, .max = 180, .open_min = true, .open_max = true});
   FIELD(lens_radius_m, kNotNegative), FIELD(focus_distance_m, {.min = 0, .open_min = true});
+}
+
+template <class Visitor>
+void visit_record(Visitor& v, BodyRequest& r) {
+  const BodyRequest usual;
+  FIELD(name), FIELD(position);
+  FIELD(size, {.min = 1.0 / 256, .max = 64}), FIELD(velocity, {.min = -1000, .max = 1000});
+  FIELD(density_kg_per_m3, {.min = 1, .max = 1e5});
+  FIELD(restitution, {.min = 0, .max = 1}), FIELD(friction, {.min = 0, .max = 10});
+}
+
+template <class Visitor>
+void visit_record(Visitor& v, ParticleSource& r) {
+  const ParticleSource usual;
+  FIELD(kind), FIELD(box), FIELD(per_s, {.min = 0, .max = 1e8});
+  FIELD(velocity, {.min = -1000, .max = 1000}), FIELD(spread_mps, {.min = 0, .max = 1000});
+  FIELD(brings), FIELD(mm_per_h, {.min = 0, .max = 1e6});
 }
 
 #undef FIELD
@@ -310,6 +337,13 @@ Status finish_record(const World&, CameraPlacement& camera, TomlTable& table) {
   return input_error(table.where() + ": the direction of the camera must have length 1");
 }
 
+Status finish_record(const World&, BodyRequest&, TomlTable&) { return {}; }
+
+Status finish_record(const World&, ParticleSource& source, TomlTable& table) {
+  if (!source.kind.empty() && !source.box.empty()) return {};
+  return input_error(table.where() + ": a source of particles has a kind and a box");
+}
+
 template <class Record>
 Status read_records(const World& world, const char* kind, TomlDocument& document, AssetReader& assets,
                     std::vector<Record>& out) {
@@ -366,12 +400,19 @@ void put_surroundings(const World& world, std::map<std::string, std::string>& ro
   put_records("luminaire", world.luminaires, rows, assets, known);
   put_records("medium", without_copies(world.media, world.store.find_layer(Layer::density)), rows, assets, known);
   put_records("mesh", world.meshes, rows, assets, known);
+  put_records("body", world.simulation.bodies, rows, assets, known);
+  put_records("particles", world.simulation.particles, rows, assets, known);
+  for (const auto& [part, state] : world.simulation.state) rows[kStateKey + part] = state;
   if (!world.knobs.empty()) rows["scene.knobs"] = text_of_knobs(world.knobs);
   if (!(world.simulation == SimulationRequest{})) rows["scene.simulation"] = text_of_simulation(world.simulation);
 }
 
 Status read_surroundings(World& world, const std::string& key, const std::string& text, const std::string& where,
                          AssetReader& assets) {
+  if (key.starts_with(kStateKey)) {
+    world.simulation.state[key.substr(kStateKey.size())] = text;
+    return {};
+  }
   TRY(TomlDocument document, TomlDocument::parse(text, fmt::format("{}: {}", where, key)));
   if (key == "scene.knobs") {
     read_knobs(document.root(), world.knobs);
@@ -385,6 +426,8 @@ Status read_surroundings(World& world, const std::string& key, const std::string
   if (kind == "scene.camera") return read_records(world, "camera", document, assets, world.cameras);
   if (kind == "scene.luminaire") return read_records(world, "luminaire", document, assets, world.luminaires);
   if (kind == "scene.medium") return read_records(world, "medium", document, assets, world.media);
+  if (kind == "scene.body") return read_records(world, "body", document, assets, world.simulation.bodies);
+  if (kind == "scene.particles") return read_records(world, "particles", document, assets, world.simulation.particles);
   if (kind == "scene.mesh") return read_records(world, "mesh", document, assets, world.meshes);
   return input_error(fmt::format("{}: holds \"{}\", which this program does not know", where, key.substr(0, 60)));
 }

@@ -1,6 +1,7 @@
 /// What stands in a world beside its voxels - luminaires, media, meshes, cameras, the knobs of its pictures, and what
 /// it asks of the simulation - as rows of the table `meta`: TOML, a table a record, some hundred records a row. Numbers
-/// are written so that the same bits are read back, and what has its usual value is left out. Internal to world/saves.
+/// are written so that the same bits are read back, and what has its usual value is left out. What the simulation holds
+/// is text of its own, a row "scene.state.PART" a part. Internal to world/saves.
 #pragma once
 
 #include <map>

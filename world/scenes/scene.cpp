@@ -10,6 +10,7 @@
 #include "world/base/text.h"
 #include "world/base/toml_reader.h"
 #include "world/gen/generator.h"
+#include "world/scenes/simulation_tables.h"
 #include "world/store/copies.h"
 #include "world/store/density_field.h"
 
@@ -193,6 +194,8 @@ void add_request(const SimulationRequest& from, SimulationRequest& to) {
   for (const std::string& effect : from.effects)
     if (std::find(to.effects.begin(), to.effects.end(), effect) == to.effects.end()) to.effects.push_back(effect);
   for (const auto& [knob, value] : from.knobs) to.knobs[knob] = value;
+  to.bodies.insert(to.bodies.end(), from.bodies.begin(), from.bodies.end());
+  to.particles.insert(to.particles.end(), from.particles.begin(), from.particles.end());
 }
 
 /// `folder`: where files that the scene names lie.
@@ -231,6 +234,9 @@ Result<Scene> parse_scene(std::string_view text, const std::string& name, const 
   for (TomlTable camera : root.array_of_tables("camera")) read_camera(camera, scene);
   for (const TomlTable& knobs : root.table("knobs")) read_knobs(knobs, scene.knobs);
   for (const TomlTable& simulation : root.table("simulation")) read_simulation(simulation, scene.simulation);
+  for (TomlTable table : root.array_of_tables("body")) scene.simulation.bodies.push_back(read_body(table, offset));
+  for (TomlTable table : root.array_of_tables("particles"))
+    scene.simulation.particles.push_back(read_particles(table, offset));
   TRY_STATUS(document.finish());
   return scene;
 }
@@ -270,7 +276,11 @@ void move_surroundings(VoxelPos offset, World& world) {
   const auto move = [&](auto& all) {
     for (auto& one : all) one.position.voxel = one.position.voxel + offset;
   };
-  move(world.cameras), move(world.luminaires), move(world.media), move(world.meshes);
+  move(world.cameras), move(world.luminaires), move(world.media), move(world.meshes), move(world.simulation.bodies);
+  for (ParticleSource& source : world.simulation.particles)
+    source.box = {source.box.min + offset, source.box.max + offset};
+  // What the simulation held says where it was.
+  if (offset != VoxelPos{}) world.simulation.state.clear();
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ struct Scene {
   std::vector<Medium> media;
   std::vector<MeshInstance> meshes;
   std::map<std::string, std::string> knobs;  // name -> value, applied below the command line
-  SimulationRequest simulation;
+  SimulationRequest simulation;  // [simulation]; each [[body]] and [[particles]]: world/scenes/simulation_tables.h
 };
 
 /// A scene's name, the path of a scene TOML, or the path of anything that formats() reads.

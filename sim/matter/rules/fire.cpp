@@ -14,6 +14,8 @@
 #include <atomic>
 #include <bit>
 #include <cmath>
+#include <sstream>
+#include <unordered_map>
 
 #include <fmt/format.h>
 
@@ -51,6 +53,8 @@ struct Burning {
   int64_t share;   // units, of kShares
 };
 
+using FuelSpent = std::array<uint16_t, world::kLeafVoxels>;  // of kAllFuel
+
 struct FirePage {
   uint32_t content = 0;
   bool ready = false, listed = false, live = false;
@@ -59,17 +63,21 @@ struct FirePage {
   LeafMask burns, torch;                         // of this tick
   LeafMask cool;                                 // fuels below a flame's temperature
   std::vector<Burning> burning;
-  std::unique_ptr<std::array<uint16_t, world::kLeafVoxels>> spent;  // of kAllFuel
+  FuelSpent* spent = nullptr;  // one of Fire's, where any of the leaf's fuel has burnt
 };
 
 class Fire final : public Rule {
  public:
   explicit Fire(size_t rule) : rule_(rule) {}
   RuleReport step(Cells& cells, const Tick& tick) override;
+  std::string state() const override;
+  world::Status restore(Cells& cells, std::string_view state) override;
 
  private:
   void prepare(const Cells& cells, PageId p);
   void list_pages(Cells& cells);
+  FuelSpent& spent_of(PageId p);
+  void forget_spent(PageId p);
   LeafMask near(const Cells& cells, PageId p, LeafMask FirePage::*mask) const;
   LeafMask random(const Cells& cells, PageId p, const Tick& tick, int stream, int halves) const;
   void find_burning(const Cells& cells, PageId p, double dt);
@@ -82,14 +90,17 @@ class Fire final : public Rule {
   std::unique_ptr<FireBlocks> blocks_;
   std::vector<FirePage> pages_;
   std::vector<PageId> list_;
+  // By leaf and not by page: what has half burnt stays so while its page is closed.
+  std::unordered_map<world::LeafPos, std::unique_ptr<FuelSpent>, world::PosHash> spent_;
   std::atomic<int64_t> freed_{0}, kept_{0};  // units, in all
 };
 
 void Fire::prepare(const Cells& cells, PageId p) {
   FirePage& page = pages_[p];
   if (page.ready && page.content == cells.content_changes(p) && page.pos == cells.pos(p)) return;
-  if (page.pos != cells.pos(p)) page.spent.reset();
   page.pos = cells.pos(p);
+  const auto spent = spent_.find(page.pos);
+  page.spent = spent == spent_.end() ? nullptr : spent->second.get();
   page.ready = true;
   page.content = cells.content_changes(p);
   page.fuel = page.flame = page.air = page.feeds = page.hot = page.heavy = {};
@@ -108,7 +119,59 @@ void Fire::prepare(const Cells& cells, PageId p) {
       page.hot.word[w] |= t.hot ? bit : 0;
       const Content content = cells.traits()[id].content;
       page.heavy.word[w] |= content == Content::empty || content == Content::gas ? 0 : bit;
+      if (page.spent && !t.fuel) (*page.spent)[static_cast<size_t>(w * 64 + b)] = 0;
     }
+}
+
+FuelSpent& Fire::spent_of(PageId p) {
+  FirePage& page = pages_[p];
+  std::unique_ptr<FuelSpent>& spent = spent_[page.pos];
+  if (!spent) spent = std::make_unique<FuelSpent>();
+  page.spent = spent.get();
+  return *spent;
+}
+
+void Fire::forget_spent(PageId p) {
+  FirePage& page = pages_[p];
+  if (!page.spent || !page.fuel.is_none()) return;
+  page.spent = nullptr;
+  spent_.erase(page.pos);
+}
+
+/// A line a leaf: its place, then index and share of each voxel of which something has burnt.
+std::string Fire::state() const {
+  std::vector<world::LeafPos> leaves;
+  for (const auto& [l, spent] : spent_) leaves.push_back(l);
+  std::sort(leaves.begin(), leaves.end());
+  std::string text;
+  for (const world::LeafPos& l : leaves) {
+    std::string line;
+    const FuelSpent& spent = *spent_.at(l);
+    for (size_t i = 0; i < spent.size(); ++i)
+      if (spent[i] != 0) line += fmt::format(" {} {}", i, spent[i]);
+    if (!line.empty()) text += fmt::format("{} {} {}{}\n", l.x, l.y, l.z, line);
+  }
+  return text;
+}
+
+world::Status Fire::restore(Cells&, std::string_view state) {
+  spent_.clear();
+  std::istringstream lines{std::string(state)};
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    world::LeafPos l;
+    words >> l.x >> l.y >> l.z;
+    auto spent = std::make_unique<FuelSpent>();
+    bool read = !words.fail();
+    for (size_t i = 0, part = 0; read && words >> i;) {
+      read = words >> part && i < spent->size() && part < kAllFuel;
+      if (read) (*spent)[i] = static_cast<uint16_t>(part);
+    }
+    if (!read || !words.eof())
+      return world::input_error("fire: \"" + line.substr(0, 40) + "\" must be a leaf, then voxels and what has burnt");
+    spent_[l] = std::move(spent);
+  }
+  return {};
 }
 
 /// Awake pages, and those beside them where something burns or glows.
@@ -283,7 +346,6 @@ bool Fire::warm(Cells& cells, PageId p, double dt) {
 void Fire::burn(Cells& cells, PageId p, const Tick& tick, LeafMask& changed) {
   FirePage& page = pages_[p];
   for (const Burning& b : page.burning) {
-    if (!page.spent) page.spent = std::make_unique<std::array<uint16_t, world::kLeafVoxels>>();
     uint16_t& spent = (*page.spent)[b.index];
     if (static_cast<uint32_t>(spent) + b.spent < kAllFuel) {
       spent = static_cast<uint16_t>(spent + b.spent);
@@ -369,6 +431,8 @@ RuleReport Fire::step(Cells& cells, const Tick& tick) {
   };
   if (by_heat) {
     each([&](size_t, PageId p) { find_burning(cells, p, dt); });
+    for (const PageId p : list_)
+      if (!pages_[p].burning.empty()) spent_of(p);
     // A flame that touches what burns is part of that; another is a torch.
     each([&](size_t, PageId p) {
       FirePage& page = pages_[p];
@@ -391,7 +455,8 @@ RuleReport Fire::step(Cells& cells, const Tick& tick) {
   cells.spread();
   report.leaves_visited = list_.size();
   report.bytes = pages_.capacity() * sizeof(FirePage);
-  for (const FirePage& page : pages_) report.bytes += page.spent ? sizeof(*page.spent) : 0;
+  for (const PageId p : list_) forget_spent(p);
+  report.bytes += spent_.size() * sizeof(FuelSpent);
   if (freed_ > 0)
     report.notes.push_back(fmt::format("{:.6g} MJ burnt, {:.6g} MJ of them kept by what is near",
                                        static_cast<double>(freed_) * kHeatUnitJ * 1e-6,

@@ -27,6 +27,13 @@ World furnished_world() {
   world.knobs = {{"exposure", "0.5"}, {"light_transport", "path"}};
   world.environment.temperature = Kelvin{1.0 / 3};
   world.simulation = {UINT64_MAX, {"rain", "a \"quoted\" name"}, {{"liquid_rule", "pipes"}, {"a b", "\n"}}};
+  world.simulation.bodies = {
+      {"crate", WorldPoint::from(0.1, -7.3, 1e9 + 0.7), {1.0 / 3, 64, 0.1}, {-1.0 / 7, 0, 1}, 1.0 / 3 + 1, 0.3, 0.7},
+      {}};
+  world.simulation.particles = {
+      {"rain", {{-5, 1, 2}, {5, 1, 1'000'000'000}}, 1.0 / 3, {0, -6.5, 0.1}, 0.7, "water", 50.1},
+      {"snow", {{0, 0, 0}, {0, 0, 0}}, 0, {0, 0, 0}, 0, "", 0}};
+  world.simulation.state = {{"support", "ground -4\npiece 1 2\n"}, {"x", "not [ toml"}};
   CameraPlacement camera;
   camera.name = "a \"quoted\" name, \n\t \xc3\xa9";
   camera.position = WorldPoint::from(0.1, -7.3, 1e9 + 0.7);
@@ -332,6 +339,10 @@ TEST(LoamSave, RecordsThatCannotBeAreRefused) {
   refused("scene.simulation", "seed = \"18446744073709551616\"\n");
   refused("scene.simulation", "effect = [\"rain\"]\n");
   refused("scene.simulation", "[knobs]\na = 1\n");
+  refused("scene.body.000000", "[[body]]\nsize = [65, 1, 1]\n");
+  refused("scene.body.000000", "[[body]]\nweight = 3\n");
+  refused("scene.particles.000000", "[[particles]]\nkind = \"rain\"\n");
+  refused("scene.particles.000000", "[[particles]]\nkind = \"rain\"\nbox = [0, 0, 0, -1, 0, 0]\n");
   refused("scene.furniture.000000", "[[furniture]]\n");
   refused("scene.camera.000000", "[[camera");
 }

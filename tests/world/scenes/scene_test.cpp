@@ -138,6 +138,31 @@ TEST(Scene, SaysHowWarmItIsAndWhatItAsksOfTheSimulation) {
   EXPECT_NE(error_of(std::string(kSmall) + "[simulation]\nseed = -1\n").find("seed"), std::string::npos);
 }
 
+TEST(Scene, SaysWhichBodiesFallAndWhereParticlesComeFrom) {
+  const auto scene = scene_of(std::string(kSmall) +
+                              "[[body]]\nname = \"crate\"\nposition = [1.5, 20, -3.25]\nsize_m = [2, 1, 0.5]\n"
+                              "velocity_mps = [0, -3, 1]\ndensity_kg_per_m3 = 600\nrestitution = 0.5\nfriction = 0.1\n"
+                              "[[body]]\nposition = [0, 0, 0]\n"
+                              "[[particles]]\nkind = \"rain\"\nmin = [-8, 30, -8]\nmax = [8, 32, 8]\nper_s = 200\n"
+                              "velocity_mps = [1, -6, 0]\nspread_mps = 0.5\nbrings = \"water\"\nmm_per_h = 40\n");
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  ImportReport report;
+  const auto world = build_world(*scene, report);
+  ASSERT_TRUE(world.ok()) << world.error().message;
+  const std::vector<BodyRequest> bodies = {
+      {"crate", WorldPoint::from(1.5, 20, -3.25), {2, 1, 0.5}, {0, -3, 1}, 600, 0.5, 0.1}, {}};
+  EXPECT_EQ(world->simulation.bodies, bodies);
+  const std::vector<ParticleSource> sources = {{"rain", {{-8, 30, -8}, {8, 32, 8}}, 200, {1, -6, 0}, 0.5, "water", 40}};
+  EXPECT_EQ(world->simulation.particles, sources);
+  const auto wrong = [](const std::string& table) { return error_of(std::string(kSmall) + table); };
+  EXPECT_NE(wrong("[[body]]\nposition = [0, 0, 0]\nsize_m = [0, 1, 1]\n").find("size_m"), std::string::npos);
+  EXPECT_NE(wrong("[[body]]\nname = \"a\"\n").find("position"), std::string::npos);
+  EXPECT_NE(wrong("[[particles]]\nkind = \"rain\"\nmin = [0, 0, 0]\nmax = [0, -1, 0]\n").find("max"),
+            std::string::npos);
+  EXPECT_NE(wrong("[[particles]]\nkind = \"rain\"\nmin = [0, 0, 0]\nmax = [0, 1, 0]\nmm_per_h = 3\n").find("brings"),
+            std::string::npos);
+}
+
 TEST(Scene, AddsWhatItAsksOfTheSimulationToWhatItsFileAsks) {
   const TemporaryFolder folder;
   World saved(standard_blocks());
