@@ -70,8 +70,8 @@ simulated burning_house burning_house 1500
 simulated burnt_house burning_house 4000
 simulated lava_meets_sea lava_meets_sea 200
 simulated standing collapse 0
-simulated collapse collapse 1500
-simulated rainstorm rainstorm 1200
+simulated collapse collapse 2500
+simulated rainstorm rainstorm 1000
 size=960x540
 
 # The ladder of light models: one cave, a picture a rung, with its time and its error against the path tracer below it.

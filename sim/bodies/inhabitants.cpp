@@ -10,6 +10,8 @@ namespace sim {
 
 namespace {
 
+constexpr uint64_t kTicksToLookUp = 64;
+
 double ms_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
@@ -78,6 +80,10 @@ void Inhabitants::spawn(uint64_t tick) {
 void Inhabitants::step(uint64_t tick) {
   if (bodies_) {
     const auto start = std::chrono::steady_clock::now();
+    // A level that rises within a voxel changes no block: what sleeps in a liquid looks up now and then.
+    if (tick % kTicksToLookUp == 0)
+      for (const Body& body : bodies_->all())
+        if (body.state == BodyState::asleep && body.submerged > 0) bodies_->set_velocity(body.id, {0, 0, 0});
     const BodyReport report = bodies_->step(body_settings_);
     awake_ = report.awake > 0;
     bodies_count_.moved += report.awake;

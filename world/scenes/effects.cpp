@@ -71,6 +71,13 @@ std::vector<EffectCall> called_effects(const World& world) {
   effects.push_back(of_things("media", world.media,
                               [](const Medium& m) { return m.absorption.max() > 0 || m.scattering.max() > 0; }));
   effects.push_back(of_things("meshes", world.meshes, [](const MeshInstance&) { return true; }));
+  const SimulationRequest& asked = world.simulation;
+  const auto of_tables = [&](const char* name, const std::string& table, size_t count) {
+    effects.push_back(
+        {name, count > 0, count > 0 ? table + " of the scene, " + std::to_string(count) : "the scene has no " + table});
+  };
+  of_tables("bodies", "[[body]]", asked.bodies.size());
+  of_tables("particles", "[[particles]]", asked.particles.size());
   for (const std::string& name : world.simulation.effects) {
     const auto known =
         std::find_if(effects.begin(), effects.end(), [&](const EffectCall& effect) { return effect.name == name; });

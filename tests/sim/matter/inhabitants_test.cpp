@@ -130,6 +130,17 @@ TEST(Inhabitants, RainFillsAHollowWithWhatTheSceneSaysAndNoMore) {
   EXPECT_GT(matter.particles()->size(*splash), 0u);
 }
 
+TEST(Inhabitants, ACrateThatSleepsInAPuddleFloatsWhenTheLevelRises) {
+  World world = walled(12);
+  world.simulation.particles = {rain(12, 60000)};  // 1 m in a minute, all of it within one layer of voxels
+  world.simulation.bodies = {{"crate", WorldPoint::from(6, 0.2, 6), {0.5, 0.5, 0.5}, {0, 0, 0}, 500}};
+  Matter matter(world, {.seed = 2});
+  ASSERT_TRUE(matter.begin().ok());
+  for (int i = 0; i < 1100; ++i) matter.step();
+  const Body& crate = matter.bodies()->all()[0];
+  EXPECT_NEAR(from_fixed(crate.box.min.y), 0.917 - 0.25, 0.05) << "half of it is under water of 0.917 m";
+}
+
 TEST(Inhabitants, TheRateOverAnyTicksIsThatAskedFor) {
   for (const double rate : {0.0, 0.3, 1.0, 17.77, 100000.5}) {
     uint64_t sum = 0;

@@ -154,6 +154,10 @@ TEST(Scene, SaysWhichBodiesFallAndWhereParticlesComeFrom) {
   EXPECT_EQ(world->simulation.bodies, bodies);
   const std::vector<ParticleSource> sources = {{"rain", {{-8, 30, -8}, {8, 32, 8}}, 200, {1, -6, 0}, 0.5, "water", 40}};
   EXPECT_EQ(world->simulation.particles, sources);
+  for (const EffectCall& effect : called_effects(*world))
+    if (effect.name == "bodies" || effect.name == "particles") {
+      EXPECT_TRUE(effect.called_for) << effect.name;
+    }
   const auto wrong = [](const std::string& table) { return error_of(std::string(kSmall) + table); };
   EXPECT_NE(wrong("[[body]]\nposition = [0, 0, 0]\nsize_m = [0, 1, 1]\n").find("size_m"), std::string::npos);
   EXPECT_NE(wrong("[[body]]\nname = \"a\"\n").find("position"), std::string::npos);
