@@ -1,9 +1,8 @@
 #include "sim/matter/gas_kernel.h"
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <type_traits>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "sim/matter/gas_kernel.cpp"
@@ -18,16 +17,6 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Part = hn::CappedTag<uint16_t, 64>;  // of the 64 voxels of one x
 using Units = hn::Vec<Part>;
 
-// Lanes of the 64 voxels of one x that touch a side.
-template <bool kAlongY>
-constexpr std::array<uint16_t, 64> TouchingLanes(int at) {
-  std::array<uint16_t, 64> lanes{};
-  for (int i = 0; i < 64; ++i) lanes[static_cast<size_t>(i)] = (kAlongY ? i >> 3 : i & 7) == at ? 0xffff : 0;
-  return lanes;
-}
-alignas(64) constexpr std::array<uint16_t, 64> kTouching[4] = {TouchingLanes<true>(0), TouchingLanes<true>(7),
-                                                               TouchingLanes<false>(0), TouchingLanes<false>(7)};
-
 HWY_INLINE Units Diffusion(Units difference, Units pressure) {
   const Part d;
   const auto rounded = hn::SaturatedAdd(difference, hn::Set(d, uint16_t{31}));
@@ -36,96 +25,118 @@ HWY_INLINE Units Diffusion(Units difference, Units pressure) {
   return hn::Min(wanted, hn::MulHigh(below, hn::Set(d, uint16_t{10923})));
 }
 
-/// What goes from a to b, and what comes; b is a where nothing can cross.
-HWY_INLINE void FlowEvenly(Units a, Units b, Units& out, Units& in) {
+/// Units that go from a to b, mod 2^16: those that come are negative. None where either is kNoGas.
+HWY_INLINE Units FlowEvenly(Units a, Units other) {
   const Part d;
-  const auto full = hn::Set(d, static_cast<uint16_t>(kFullVoxel));
+  const auto full = hn::Set(d, static_cast<uint16_t>(kFullVoxel)), no_gas = hn::Set(d, kNoGas);
+  const auto b = hn::IfThenElse(hn::Or(hn::Eq(a, no_gas), hn::Eq(other, no_gas)), a, other);
   const auto more = hn::SaturatedSub(a, b), less = hn::SaturatedSub(b, a);
   const auto beyond_a = hn::SaturatedSub(a, full), beyond_b = hn::SaturatedSub(b, full);
   const auto pressure = hn::Or(hn::SaturatedSub(beyond_a, beyond_b), hn::SaturatedSub(beyond_b, beyond_a));
   const auto units = Diffusion(hn::Or(more, less), pressure);
-  out = hn::Min(units, more);
-  in = hn::Min(units, less);
+  return hn::Sub(hn::Min(units, more), hn::Min(units, less));
 }
 
-/// What goes from a source to where its gas tends to, and what comes back.
-HWY_INLINE void FlowAlong(Units source, Units target, Units share, Units& out, Units& back) {
+/// The same from a source to where its gas tends to.
+HWY_INLINE Units FlowAlong(Units source, Units target, Units share) {
   const Part d;
   const auto full = hn::Set(d, static_cast<uint16_t>(kFullVoxel)), one = hn::Set(d, uint16_t{1});
+  const auto no_gas = hn::Set(d, kNoGas);
   const auto more = hn::SaturatedSub(source, target), less = hn::SaturatedSub(target, source);
   const auto beyond_s = hn::SaturatedSub(source, full), beyond_t = hn::SaturatedSub(target, full);
   const auto high = hn::SaturatedSub(beyond_s, beyond_t), low = hn::SaturatedSub(beyond_t, beyond_s);
   const auto room = hn::ShiftLeft<4>(hn::SaturatedSub(hn::Sub(full, one), target));
   const auto drift = hn::MulHigh(hn::MulHigh(source, room), share);
-  const auto still = hn::Eq(drift, hn::Zero(d));
-  const auto even = Diffusion(hn::Or(more, less), hn::Or(high, low));
+  const auto units = Diffusion(hn::Or(more, less), hn::Or(high, low));
+  const auto even = hn::Sub(hn::Min(units, more), hn::Min(units, less));
   const auto on = hn::Add(drift, hn::Add(hn::ShiftRight<5>(more), hn::ShiftRight<4>(high)));
   const auto off = hn::Add(hn::ShiftRight<5>(less), hn::ShiftRight<4>(low));
-  out = hn::IfThenElse(still, hn::Min(even, more), hn::SaturatedSub(hn::SaturatedSub(on, off), one));
-  back = hn::IfThenElse(still, hn::Min(even, less), hn::SaturatedSub(hn::SaturatedSub(off, on), one));
+  const auto net =
+      hn::Sub(hn::SaturatedSub(hn::SaturatedSub(on, off), one), hn::SaturatedSub(hn::SaturatedSub(off, on), one));
+  const auto flow = hn::IfThenElse(hn::Eq(drift, hn::Zero(d)), even, net);
+  return hn::IfThenZeroElse(hn::Or(hn::Eq(source, no_gas), hn::Eq(target, no_gas)), flow);
 }
 
+HWY_INLINE bool any_of_eight(const uint16_t* units) {
+  uint64_t two[2];
+  std::memcpy(two, units, sizeof two);
+  return (two[0] | two[1]) != 0;
+}
+
+// Each flow is found once: along x from one slab of 64 voxels to the next, along y and z in buffers.
 GasFlow FlowGas(const GasView& view, const GasNature& nature, uint16_t* HWY_RESTRICT next) {
   const Part d;
   const size_t lanes = hn::Lanes(d);
-  const auto zero = hn::Zero(d), one = hn::Set(d, uint16_t{1}), no_gas = hn::Set(d, kNoGas),
-             share = hn::Set(d, nature.share), thins = hn::Set(d, nature.thins_of);
+  const auto zero = hn::Zero(d), one = hn::Set(d, uint16_t{1});
+  const auto share = hn::Set(d, nature.share), thins = hn::Set(d, nature.thins_of);
   const auto thin = hn::Set(d, static_cast<uint16_t>(kThinGas));
   auto any = zero;
   GasFlow flow;
+  const auto reach = [&](int face, bool crosses) { flow.reaches |= static_cast<uint32_t>(crosses) << face; };
+  alignas(64) uint16_t from_last[64];         // from the slab before
+  alignas(64) uint16_t column[192], up[128];  // below, the slab, above; from each of these to the next, from below on
+  alignas(64) uint16_t to_z[128], from_z[64], beside[64], first[64], from_beside[64];
+  std::fill_n(column, 192, kNoGas);
+  std::fill_n(beside, 64, kNoGas);
+  std::fill_n(first, 64, kNoGas);
+  auto entering = zero;
+  for (size_t at = 0; at < 64; at += lanes) {
+    const auto units = FlowEvenly(hn::LoadU(d, view.beside[world::kFaceNegX] + at), hn::LoadU(d, view.own + at));
+    hn::StoreU(units, d, from_last + at);
+    entering = hn::Or(entering, units);
+  }
+  reach(world::kFaceNegX, !hn::AllTrue(d, hn::Eq(entering, zero)));
+  auto leaving = zero;
   for (int x = 0; x < 8; ++x) {
     const uint16_t* own = view.own + x * 64;
-    alignas(64) uint16_t shifted[4][64];  // the voxels across the faces of y and z
-    std::memcpy(shifted[0], view.beside[world::kFaceNegY] + x * 8, 8 * sizeof(uint16_t));
-    std::memcpy(shifted[0] + 8, own, 56 * sizeof(uint16_t));
-    std::memcpy(shifted[1], own + 8, 56 * sizeof(uint16_t));
-    std::memcpy(shifted[1] + 56, view.beside[world::kFacePosY] + x * 8, 8 * sizeof(uint16_t));
-    std::memcpy(shifted[2] + 1, own, 63 * sizeof(uint16_t));
-    std::memcpy(shifted[3], own + 1, 63 * sizeof(uint16_t));
-    for (int y = 0; y < 8; ++y) {
-      shifted[2][y * 8] = view.beside[world::kFaceNegZ][x * 8 + y];
-      shifted[3][y * 8 + 7] = view.beside[world::kFacePosZ][x * 8 + y];
+    const uint16_t* next_slab = x < 7 ? own + 64 : view.beside[world::kFacePosX];
+    // Along y.
+    std::memcpy(column, view.beside[world::kFaceNegY] + x * 8, 8 * sizeof(uint16_t));
+    std::memcpy(column + 8, own, 64 * sizeof(uint16_t));
+    std::memcpy(column + 72, view.beside[world::kFacePosY] + x * 8, 8 * sizeof(uint16_t));
+    for (size_t at = 0; at < 72; at += lanes) {
+      const auto lower = hn::LoadU(d, column + at), upper = hn::LoadU(d, column + at + 8);
+      const auto units = nature.rises ? FlowAlong(lower, upper, share) : hn::Sub(zero, FlowAlong(upper, lower, share));
+      hn::StoreU(units, d, up + at);
     }
-    const uint16_t* across[6] = {x > 0 ? own - 64 : view.beside[world::kFaceNegX],
-                                 x < 7 ? own + 64 : view.beside[world::kFacePosX],
-                                 shifted[0],
-                                 shifted[1],
-                                 shifted[2],
-                                 shifted[3]};
+    reach(world::kFaceNegY, any_of_eight(up));
+    reach(world::kFacePosY, any_of_eight(up + 64));
+    // Along z: what is next to each in memory, but for the ends of rows.
+    alignas(64) uint16_t following[64];
+    std::memcpy(following, own + 1, 63 * sizeof(uint16_t));
+    for (int y = 0; y < 8; ++y) {
+      following[y * 8 + 7] = view.beside[world::kFacePosZ][x * 8 + y];
+      beside[y] = view.beside[world::kFaceNegZ][x * 8 + y];
+      first[y] = own[y * 8];
+    }
+    for (size_t at = 0; at < 64; at += lanes)
+      hn::StoreU(FlowEvenly(hn::LoadU(d, own + at), hn::LoadU(d, following + at)), d, to_z + at);
+    for (size_t at = 0; at < 8; at += lanes)
+      hn::StoreU(FlowEvenly(hn::LoadU(d, beside + at), hn::LoadU(d, first + at)), d, from_beside + at);
+    std::memcpy(from_z + 1, to_z, 63 * sizeof(uint16_t));
+    uint16_t last = 0;
+    for (int y = 0; y < 8; ++y) {
+      from_z[y * 8] = from_beside[y];
+      last |= to_z[y * 8 + 7];
+    }
+    reach(world::kFaceNegZ, any_of_eight(from_beside));
+    reach(world::kFacePosZ, last != 0);
+    // All that goes and comes.
     auto lost = zero;
     for (size_t at = 0; at < 64; at += lanes) {
       const auto a = hn::LoadU(d, own + at);
-      const auto is_wall = hn::Eq(a, no_gas);
-      auto now = a, out = zero, in = zero;
-      const auto take = [&](int face, Units goes, Units comes) {
-        now = hn::Add(hn::Sub(now, goes), comes);
-        const auto crosses = hn::Or(goes, comes);
-        any = hn::Or(any, crosses);
-        // Who is beside the page has to look too.
-        if (face < 2 && x != (face == world::kFaceNegX ? 0 : 7)) return;
-        const auto touching = face < 2 ? crosses : hn::And(crosses, hn::LoadU(d, kTouching[face - 2].data() + at));
-        flow.reaches |= static_cast<uint32_t>(!hn::AllTrue(d, hn::Eq(touching, zero))) << face;
-      };
-      const auto flow_to_side = [&](auto face) {
-        const auto beside = hn::LoadU(d, across[face] + at);
-        const auto b = hn::IfThenElse(hn::Or(is_wall, hn::Eq(beside, no_gas)), a, beside);
-        FlowEvenly(a, b, out, in);
-        take(face, out, in);
-      };
-      flow_to_side(std::integral_constant<int, world::kFaceNegX>{});
-      flow_to_side(std::integral_constant<int, world::kFacePosX>{});
-      flow_to_side(std::integral_constant<int, world::kFaceNegZ>{});
-      flow_to_side(std::integral_constant<int, world::kFacePosZ>{});
-      const int ahead = nature.rises ? world::kFacePosY : world::kFaceNegY, behind = world::opposite_face(ahead);
-      const auto target = hn::LoadU(d, across[ahead] + at), source = hn::LoadU(d, across[behind] + at);
-      const auto stops = hn::Or(is_wall, hn::Eq(target, no_gas)), starts = hn::Or(is_wall, hn::Eq(source, no_gas));
-      FlowAlong(a, target, share, out, in);
-      take(ahead, hn::IfThenZeroElse(stops, out), hn::IfThenZeroElse(stops, in));
-      FlowAlong(source, a, share, in, out);
-      take(behind, hn::IfThenZeroElse(starts, out), hn::IfThenZeroElse(starts, in));
+      const auto to_next = FlowEvenly(a, hn::LoadU(d, next_slab + at));
+      const auto to_above = hn::LoadU(d, up + 8 + at), to_following = hn::LoadU(d, to_z + at);
+      const auto goes = hn::Add(to_next, hn::Add(to_above, to_following));
+      const auto comes =
+          hn::Add(hn::LoadU(d, from_last + at), hn::Add(hn::LoadU(d, up + at), hn::LoadU(d, from_z + at)));
+      hn::StoreU(to_next, d, from_last + at);
+      any = hn::Or(any, hn::Or(to_next, hn::Or(to_above, to_following)));
+      if (x == 7) leaving = hn::Or(leaving, to_next);
+      auto now = hn::Add(hn::Sub(a, goes), comes);
       if (nature.thins_of != 0) {
-        const auto goes = hn::Min(now, hn::Add(hn::MulHigh(now, thins), one));
-        const auto gone = hn::IfThenElseZero(hn::Lt(now, thin), goes);
+        const auto most = hn::Min(now, hn::Add(hn::MulHigh(now, thins), one));
+        const auto gone = hn::IfThenElseZero(hn::Lt(now, thin), most);
         now = hn::Sub(now, gone);
         lost = hn::Add(lost, gone);
       }
@@ -137,7 +148,8 @@ GasFlow FlowGas(const GasView& view, const GasNature& nature, uint16_t* HWY_REST
       for (size_t i = 0; i < lanes; ++i) flow.lost += by_lane[i];
     }
   }
-  flow.flows = flow.lost > 0 || !hn::AllTrue(d, hn::Eq(any, zero));
+  reach(world::kFacePosX, !hn::AllTrue(d, hn::Eq(leaving, zero)));
+  flow.flows = flow.lost > 0 || flow.reaches != 0 || !hn::AllTrue(d, hn::Eq(any, zero));
   return flow;
 }
 
