@@ -183,7 +183,7 @@ TEST(X6, AnEditVisitsAsManyLeavesInASmallWorldAsInALargeOne) {
 }
 
 // TH11: a run that is saved and goes on from the save is the run that was never stopped. What a save keeps is the
-// store, its layers and the tick.
+// store, its layers, the tick, and what rules hold beside: how much of a fuel has burnt.
 TEST(TH11, GoingOnFromTheStoreIsTheSameAsNotStopping) {
   const auto make = [] {
     World world = basin({{0, 0, 0}, {30, 20, 30}});
