@@ -290,7 +290,8 @@ void LiquidLevels::store_changes(Cells& cells) {
 }
 
 const LiquidLevels::Result& LiquidLevels::level(Cells& cells, LiquidPages& pages, std::span<const PageId> list,
-                                                uint64_t round, uint64_t seed) {
+                                                uint64_t round, uint64_t seed,
+                                                world::FunctionRef<bool(PageId)> is_wavy) {
   pages_ = &pages;
   result_.voxels_changed = 0;
   result_.moved.assign(list.size(), 0);
@@ -317,6 +318,8 @@ const LiquidLevels::Result& LiquidLevels::level(Cells& cells, LiquidPages& pages
         LeafMask seed_mask;
         seed_mask.word[x] = left.word[x] & -left.word[x];
         flood(cells, low, start, seed_mask);
+        if (std::any_of(body_.begin(), body_.end(), [&](size_t index) { return is_wavy(leaves_[index].page); }))
+          continue;
         find_tops(cells, low, round, seed);
         if (!level_body(cells)) continue;
         for (const size_t index : body_) leaves_[index].moved = true;

@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "sim/matter/liquid_pages.h"
+#include "world/base/function_ref.h"
 #include "world/store/leaf_flood.h"
 
 namespace sim {
@@ -32,7 +33,9 @@ class LiquidLevels {
     uint64_t voxels_changed = 0;
     std::vector<uint8_t> moved;  // by entry of the list
   };
-  const Result& level(Cells& cells, LiquidPages& pages, std::span<const PageId> list, uint64_t round, uint64_t seed);
+  /// Bodies that hold a part of a page for which `is_wavy` says so are left alone.
+  const Result& level(Cells& cells, LiquidPages& pages, std::span<const PageId> list, uint64_t round, uint64_t seed,
+                      world::FunctionRef<bool(PageId)> is_wavy);
 
  private:
   /// A voxel in which the surface of a body lies.

@@ -6,7 +6,7 @@
 
 namespace sim {
 
-enum class LiquidModel { levels, finite };
-constexpr auto knob_choices(LiquidModel) { return std::array<std::string_view, 2>{"levels", "finite"}; }
+enum class LiquidModel { levels, finite, waves };
+constexpr auto knob_choices(LiquidModel) { return std::array<std::string_view, 3>{"levels", "finite", "waves"}; }
 
 }  // namespace sim

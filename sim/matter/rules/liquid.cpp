@@ -1,19 +1,25 @@
 /// liquid: water, oil, lava and others of finite volume. Falls, spreads by differences of level, and by weight through
 /// basins that communicate. The flows: sim/matter/liquid_kernel.h.
 ///
-/// knobs  liquid_model: finite volumes, or the levels of block games, which make and lose liquid (booked);
-///        liquid_passes: rounds sideways in a tick
+/// knobs  liquid_model: finite volumes; with inertia, as waves; or the levels of block games, which make and lose
+/// liquid
+///        (booked)
+///        liquid_passes: finite: rounds sideways in a tick
 ///
 /// A tick takes the liquids one after the other, the heaviest first. A voxel holds one of them. What is neither that
 /// liquid nor air is a wall to it while it flows, and gases bear it; then denser liquids sink under lighter ones, voxel
 /// by voxel: sim/matter/liquid_layers.h.
 #include <algorithm>
 #include <atomic>
+#include <map>
+
+#include <fmt/format.h>
 
 #include "sim/matter/liquid_game_levels.h"
 #include "sim/matter/liquid_layers.h"
 #include "sim/matter/liquid_level.h"
 #include "sim/matter/liquid_pages.h"
+#include "sim/matter/liquid_waves.h"
 #include "sim/matter/matter.h"
 #include "sim/matter/rule.h"
 #include "world/base/jobs.h"
@@ -36,15 +42,25 @@ class Liquid final : public Rule {
  public:
   explicit Liquid(size_t rule) : rule_(rule) {}
   RuleReport step(Cells& cells, const Tick& tick) override;
+  std::string state() const override;
+  world::Status restore(Cells& cells, std::string_view text) override;
 
  private:
-  LiquidPages& pages_of(BlockId liquid);
+  /// A liquid that was met.
+  struct Fluid {
+    explicit Fluid(BlockId liquid) : pages(liquid) {}
+    LiquidPages pages;
+    LiquidWaves waves;
+    std::string name;
+  };
+  Fluid& fluid_of(const Cells& cells, BlockId liquid);
   void find_liquids(const Cells& cells);
-  void flow_of(Cells& cells, LiquidPages& pages, const Tick& tick, RuleReport& report);
+  void flow_of(Cells& cells, Fluid& fluid, const Tick& tick, RuleReport& report);
+  void roll(Cells& cells, Fluid& fluid);
   void fall_all(Cells& cells, LiquidPages& pages);
   void slide_all(Cells& cells, LiquidPages& pages, const Spread& spread, uint64_t turn);
   void add_targets(Cells& cells, LiquidPages& pages, size_t known);
-  void level(Cells& cells, LiquidPages& pages, const Tick& tick, RuleReport& report);
+  void level(Cells& cells, Fluid& fluid, const Tick& tick, RuleReport& report);
   template <class Work>
   void each(size_t from, Work work) {
     world::parallel_ranges(flowing_.size() - from, kPagesATask, [&](size_t begin, size_t end) {
@@ -52,11 +68,11 @@ class Liquid final : public Rule {
     });
   }
 
-  const size_t rule_;                                  // its awake set
-  uint64_t round_ = 0;                                 // counts the movements of all pages of a liquid
-  uint64_t list_ = 0;                                  // and the lists of those that flow
-  std::vector<std::unique_ptr<LiquidPages>> liquids_;  // those that were met
-  std::vector<BlockId> order_;                         // of a tick: the heaviest first
+  const size_t rule_;   // its awake set
+  uint64_t round_ = 0;  // counts the movements of all pages of a liquid
+  uint64_t list_ = 0;   // and the lists of those that flow
+  std::vector<std::unique_ptr<Fluid>> liquids_;
+  std::vector<BlockId> order_;  // of a tick: the heaviest first
   std::vector<PageId> flowing_;
   std::vector<LiquidMove> moves_;  // by flowing page
   std::vector<uint8_t> moved_;     // by flowing page
@@ -67,10 +83,11 @@ class Liquid final : public Rule {
   LiquidLayers layers_;
 };
 
-LiquidPages& Liquid::pages_of(BlockId liquid) {
-  for (const auto& pages : liquids_)
-    if (pages->liquid() == liquid) return *pages;
-  liquids_.push_back(std::make_unique<LiquidPages>(liquid));
+Liquid::Fluid& Liquid::fluid_of(const Cells& cells, BlockId liquid) {
+  for (const auto& fluid : liquids_)
+    if (fluid->pages.liquid() == liquid) return *fluid;
+  liquids_.push_back(std::make_unique<Fluid>(liquid));
+  liquids_.back()->name = cells.palette()[liquid].name;
   return *liquids_.back();
 }
 
@@ -159,10 +176,27 @@ void Liquid::slide_all(Cells& cells, LiquidPages& pages, const Spread& spread, u
   for (size_t n = 0; n < flowing_.size(); ++n) pages[flowing_[n]].follow(moves_[n]);
 }
 
-void Liquid::flow_of(Cells& cells, LiquidPages& pages, const Tick& tick, RuleReport& report) {
+/// With inertia: what waves moved, and where they go on, is awake.
+void Liquid::roll(Cells& cells, Fluid& fluid) {
+  const BlockTraits& traits = cells.traits()[fluid.pages.liquid()];
+  LiquidWaves::Liquid liquid;
+  liquid.viscosity = static_cast<double>(traits.viscosity_pa_s) / static_cast<double>(traits.density);
+  liquid.film = kFilm;
+  liquid.tick_s = kTickSeconds;
+  fluid.waves.step(cells, fluid.pages, flowing_, liquid);
+  for (const PageId p : fluid.waves.touched()) {
+    if (fluid.pages[p].listed == list_) continue;
+    fluid.pages[p].listed = list_;
+    cells.open_around(p);
+    flowing_.push_back(p);
+  }
+  for (const PageId p : fluid.waves.wavy()) cells.awake(rule_).add(p);
+}
+
+void Liquid::flow_of(Cells& cells, Fluid& fluid, const Tick& tick, RuleReport& report) {
+  LiquidPages& pages = fluid.pages;
   const std::vector<PageId>& awake = cells.awake(rule_).now();
   const BlockTraits& traits = cells.traits()[pages.liquid()];
-  const Spread spread = spread_of(traits.density, traits.viscosity_pa_s, kTickSeconds, kFilm);
   // Pages that hold some of it.
   ++list_;
   pages.view(cells, awake);
@@ -178,9 +212,14 @@ void Liquid::flow_of(Cells& cells, LiquidPages& pages, const Tick& tick, RuleRep
     if (!kept_[p]) watch_[p] = kRoundsToRest;
   pages.view_across(cells, flowing_);
   fall_all(cells, pages);
-  const int passes = std::clamp(tick.options->knobs.liquid_passes, 1, kMostPasses);
-  for (int pass = 0; pass < passes; ++pass)
-    slide_all(cells, pages, spread, tick.number * static_cast<uint64_t>(passes) + static_cast<uint64_t>(pass));
+  if (tick.options->knobs.liquid_model == LiquidModel::waves) {
+    roll(cells, fluid);
+  } else {
+    const Spread spread = spread_of(traits.density, traits.viscosity_pa_s, kTickSeconds, kFilm);
+    const int passes = std::clamp(tick.options->knobs.liquid_passes, 1, kMostPasses);
+    for (int pass = 0; pass < passes; ++pass)
+      slide_all(cells, pages, spread, tick.number * static_cast<uint64_t>(passes) + static_cast<uint64_t>(pass));
+  }
   std::atomic<uint64_t> changed{0};
   moved_.assign(flowing_.size(), 0);
   each(0, [&](PageId p, size_t n) {
@@ -192,19 +231,49 @@ void Liquid::flow_of(Cells& cells, LiquidPages& pages, const Tick& tick, RuleRep
   watch_.resize(cells.page_limit(), 0);
   for (size_t n = 0; n < flowing_.size(); ++n)
     if (moved_[n]) watch_[flowing_[n]] = kRoundsToRest;
-  if (tick.number % kLevelTicks == 0) level(cells, pages, tick, report);
+  if (tick.number % kLevelTicks == 0) level(cells, fluid, tick, report);
   report.leaves_visited += flowing_.size();
 }
 
 /// Pressure, through all of each body. Pages stay awake until rounds of both kinds of tiles have moved nothing.
-void Liquid::level(Cells& cells, LiquidPages& pages, const Tick& tick, RuleReport& report) {
-  const LiquidLevels::Result& result = levels_.level(cells, pages, flowing_, tick.number / kLevelTicks, tick.seed);
+void Liquid::level(Cells& cells, Fluid& fluid, const Tick& tick, RuleReport& report) {
+  const LiquidLevels::Result& result = levels_.level(cells, fluid.pages, flowing_, tick.number / kLevelTicks, tick.seed,
+                                                     [&](PageId p) { return fluid.waves.is_wavy(p); });
   report.voxels_changed += result.voxels_changed;
   levelled_.resize(cells.page_limit(), 0);
   for (size_t n = 0; n < flowing_.size(); ++n) {
     uint8_t& of_page = levelled_[flowing_[n]];
     of_page = std::max<uint8_t>(of_page, result.moved[n] ? 2 : 1);
   }
+}
+
+/// Velocities of waves: the name of each liquid, and its lines.
+std::string Liquid::state() const {
+  std::map<std::string, std::string> by_name;
+  for (const auto& fluid : liquids_)
+    if (!fluid->waves.empty()) by_name[fluid->name] = fluid->waves.state();
+  std::string text;
+  for (const auto& [name, lines] : by_name) text += "liquid " + name + "\n" + lines;
+  return text;
+}
+
+world::Status Liquid::restore(Cells& cells, std::string_view text) {
+  Fluid* fluid = nullptr;
+  while (!text.empty()) {
+    const std::string_view line = text.substr(0, text.find('\n'));
+    text.remove_prefix(std::min(line.size() + 1, text.size()));
+    if (line.starts_with("liquid ")) {
+      const auto block = cells.palette().find(line.substr(7));
+      if (!block)
+        return world::input_error(fmt::format("waves of \"{}\", which isn't a block of this world", line.substr(7)));
+      fluid = &fluid_of(cells, *block);
+    } else if (!fluid) {
+      return world::input_error("what liquids hold must begin with the name of one");
+    } else {
+      TRY_STATUS(fluid->waves.restore(line));
+    }
+  }
+  return {};
 }
 
 RuleReport Liquid::step(Cells& cells, const Tick& tick) {
@@ -219,7 +288,7 @@ RuleReport Liquid::step(Cells& cells, const Tick& tick) {
   if (tick.options->knobs.liquid_model == LiquidModel::levels) {
     if (tick.number % kGameTicks == 0)
       for (const BlockId liquid : order_) {
-        const GameLevelsReport spread = spread_game_levels(cells, pages_of(liquid), set.now());
+        const GameLevelsReport spread = spread_game_levels(cells, fluid_of(cells, liquid).pages, set.now());
         report.leaves_visited += spread.leaves_visited, report.voxels_changed += spread.voxels_changed;
       }
     else
@@ -227,7 +296,7 @@ RuleReport Liquid::step(Cells& cells, const Tick& tick) {
     cells.spread();
     return report;
   }
-  for (const BlockId liquid : order_) flow_of(cells, pages_of(liquid), tick, report);
+  for (const BlockId liquid : order_) flow_of(cells, fluid_of(cells, liquid), tick, report);
   if (order_.size() > 1) report.voxels_changed += layers_.exchange(cells, set.now(), rule_, tick.number, tick.seed);
   watch_.resize(cells.page_limit(), 0);
   levelled_.resize(cells.page_limit(), 0);
@@ -243,7 +312,7 @@ RuleReport Liquid::step(Cells& cells, const Tick& tick) {
   kept_.assign(cells.page_limit(), 0);
   for (const PageId p : set.next()) kept_[p] = 1;
   cells.spread();
-  for (const auto& pages : liquids_) report.bytes += pages->bytes();
+  for (const auto& fluid : liquids_) report.bytes += fluid->pages.bytes();
   if (set.empty()) liquids_.clear();  // all is at rest
   return report;
 }

@@ -57,6 +57,23 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Resume,
                                          std::pair{"shapes", 3}, std::pair{"cave", 3}),
                          [](const auto& scene) { return scene.param.first; });
 
+// Liquids with inertia: their velocities are saved too.
+TEST(ResumeWaves, WavesGoOn) {
+  const auto make = [] {
+    World world = scene_world("dam");
+    world.simulation.knobs["liquid_model"] = "waves";
+    return world;
+  };
+  World straight = make(), first = make();
+  const uint64_t expected = hash_after(straight, 0, 60, false);
+  const uint64_t saved = hash_after(first, 0, 25, true);
+  World second = reloaded(first);
+  EXPECT_EQ(hash_after(second, 25, 0, false), saved) << "what was saved is what is loaded";
+  EXPECT_EQ(hash_after(second, 25, 35, false), expected);
+  World finite = scene_world("dam");
+  EXPECT_NE(hash_after(finite, 0, 60, false), expected) << "another model";
+}
+
 TEST(ResumeSupport, PiecesInTheAirGoOnFalling) {
   const auto make = [] {
     World world(world::standard_blocks());
