@@ -51,11 +51,11 @@ void for_each_set(const std::vector<uint8_t>& flags, Visit visit) {
 
 }  // namespace
 
-Cells::Cells(world::Store& store, uint64_t seed, size_t rules, int32_t floor_y)
+Cells::Cells(world::Store& store, uint64_t seed, size_t rules, int32_t floor_y, std::optional<int> subscriber)
     : store_(store),
       seed_(seed),
       floor_leaf_(floor_y >> world::kLeafLog2),
-      subscriber_(store.subscribe()),
+      subscriber_(subscriber ? *subscriber : store.subscribe()),
       traits_(store.palette()),
       awake_(rules) {
   met_.resize(traits_.size(), 0), booked_.resize(traits_.size());
@@ -92,6 +92,7 @@ PageId Cells::find(LeafPos l) const {
 PageId Cells::open(LeafPos l) {
   if (const PageId p = find(l)) return p;
   if (l.y < floor_leaf_ || !leaf_inside_world(l)) return kClosedPage;
+  if (!away_.empty() && away_.contains(world::region_from_leaf(l))) return kClosedPage;
   const PageId p = allocate();
   Slots& slots = slots_.insert(world::region_from_leaf(l));
   slots.page[static_cast<size_t>(world::index_in_region(l))] = p;
@@ -240,6 +241,7 @@ Cells::Amounts& Cells::amounts(PageId p) {
 
 Cells::Heats& Cells::heats(PageId p) {
   if (!heats_[p]) heats_[p] = std::make_unique<Heats>();
+  met_heat_.store(true, std::memory_order_relaxed);
   return *heats_[p];
 }
 
@@ -300,7 +302,7 @@ void Cells::spread() {
 }
 
 bool Cells::settled() const {
-  return std::all_of(awake_.begin(), awake_.end(), [](const AwakeSet& set) { return set.empty(); });
+  return arrived_.empty() && std::all_of(awake_.begin(), awake_.end(), [](const AwakeSet& set) { return set.empty(); });
 }
 
 // ---- the books ---------------------------------------------------------------------------------------------------
@@ -310,80 +312,23 @@ void Cells::book(BlockId block, int64_t amount) {
   std::atomic_ref<int64_t>(amount > 0 ? booked.in : booked.out).fetch_add(std::abs(amount), std::memory_order_relaxed);
 }
 
+void Cells::book_heat(int64_t units) {
+  std::atomic_ref<int64_t>(units > 0 ? booked_heat_.in : booked_heat_.out)
+      .fetch_add(std::abs(units), std::memory_order_relaxed);
+}
+
 void Cells::transmute(PageId p, int index, const Cell& now) {
   const Cell was = cell(p, index);
   const auto amount = [&](const Cell& c) { return is_fluid(c.block) ? static_cast<int64_t>(c.amount) : kFullVoxel; };
   if (was.block != world::kAir) book(was.block, -amount(was));
   if (now.block != world::kAir) book(now.block, amount(now));
+  if (now.heat != was.heat) book_heat(static_cast<int64_t>(now.heat) - was.heat);
   put(p, index, now);
 }
 
 Cells::Booked Cells::booked(BlockId block) const { return block < booked_.size() ? booked_[block] : Booked{}; }
 
 // ---- the store ---------------------------------------------------------------------------------------------------
-
-bool Cells::follow_edits() {
-  traits_.follow();
-  met_.resize(traits_.size(), 0), booked_.resize(traits_.size());
-  const std::vector<LeafPos> dirty = store_.take_dirty(subscriber_);
-  for (const LeafPos& l : dirty) {
-    PageId p = find(l);
-    if (p == kClosedPage) {
-      if ((p = open(l)) == kClosedPage) continue;
-    } else {
-      CHECK(!unsaved_[p]);  // else the edit was made to blocks that had moved on
-      reread(p);
-    }
-    // What the edit replaced isn't known any more, so that all of the leaf counts as changed.
-    open_around(p);
-    stir(p, world::kAllMask);
-    unsaved_[p] = 0;
-  }
-  spread();
-  return !dirty.empty();
-}
-
-void Cells::wake_all(std::span<const uint8_t> also) {
-  traits_.follow();
-  met_.resize(traits_.size(), 0), booked_.resize(traits_.size());
-  const auto moves = [&](const world::LeafBlocks& leaf) {
-    const auto may = [&](BlockId id) {
-      const Content c = traits_[id].content;
-      return c == Content::grain || c == Content::liquid || c == Content::gas || (id < also.size() && also[id]);
-    };
-    if (!leaf.values) return may(leaf.uniform);
-    return std::any_of(leaf.values, leaf.values + world::kLeafVoxels, may);
-  };
-  world::StoreReader reader(store_);
-  for (const world::RegionPos& r : store_.regions())
-    for (int i = 0; i < world::kLeavesPerRegion; ++i) {
-      const LeafPos l = world::leaf_from_region(r) + world::leaf_offset_in_region(i);
-      if (!moves(reader.leaf(l))) continue;
-      const PageId p = open(l);
-      for (AwakeSet& set : awake_) set.add(p);
-    }
-  // What was left warm or cold.
-  if (const world::IntLayer* heat = store_.find_int_layer(world::Layer::heat))
-    for (const LeafPos& l : heat->leaves())
-      if (const PageId p = open(l))
-        for (AwakeSet& set : awake_) set.add(p);
-}
-
-/// After an edit: what it wrote is full, and as warm as its surroundings at rest.
-void Cells::reread(PageId p) {
-  const world::LeafBlocks leaf = store_.leaf(pos_[p]);
-  if (amounts_[p] || heats_[p]) {
-    Blocks before;
-    values_of(p, before);
-    for (size_t i = 0; i < before.size(); ++i) {
-      const BlockId now = leaf[static_cast<int>(i)];
-      if (now == before[i]) continue;
-      if (amounts_[p]) (*amounts_[p])[i] = is_fluid(now) ? kFullVoxel : 0;
-      if (heats_[p]) (*heats_[p])[i] = 0;
-    }
-  }
-  read(p, leaf);
-}
 
 /// What the layer says of the page's liquids, or of its gases.
 void Cells::read_amounts(PageId p, world::Layer layer, Content content) {
@@ -426,7 +371,9 @@ void Cells::read_heats(PageId p) {
   if (!values) return;
   LeafMask active;
   auto heats = std::make_unique<Heats>();
-  if (values->read_leaf(pos_[p], *heats, active)) heats_[p] = std::move(heats);  // 0 where nothing is active
+  if (!values->read_leaf(pos_[p], *heats, active)) return;
+  heats_[p] = std::move(heats);  // 0 where nothing is active
+  met_heat_.store(true, std::memory_order_relaxed);
 }
 
 /// Voxels that are warmer or colder than they were born; the layer goes where there is none.
@@ -449,9 +396,10 @@ size_t Cells::flush() {
   std::vector<PageId> pages;
   for_each_set(heat_unsaved_, [&](PageId p) { pages.push_back(p); });
   write_heats(pages);
+  const size_t warmer = pages.size();
   pages.clear();
   for_each_set(unsaved_, [&](PageId p) { pages.push_back(p); });
-  if (pages.empty()) return 0;
+  if (pages.empty()) return warmer;
   write_heats(pages);
   constexpr size_t kBatch = 1024;
   std::vector<Blocks> values;
@@ -476,7 +424,7 @@ size_t Cells::flush() {
     read(p, store_.leaf(pos_[p]));
     if (!tag_[p].rich) amounts_[p].reset();
   }
-  return pages.size();
+  return warmer + pages.size();
 }
 
 void Cells::close_idle() {

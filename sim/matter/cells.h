@@ -1,7 +1,7 @@
 /// The part of a world that moves: leaves of the store, opened as pages of bit planes while something in or beside
 /// them is awake. Rules read and write pages; flush() writes what changed back to the store.
 ///
-///   page 0            closed all over: what lies outside of the world's border, or is not loaded
+///   page 0            closed all over: what lies outside of the world's border, or in a region that is unloaded
 ///   page n            a leaf: its place, its 26 neighbours, and by plane 512 bits
 ///     grain, closed   of its voxels; what is neither can be entered by grains: air, gases, liquids
 ///     blocks          512 ids, made where planes don't say all of it; see has_blocks()
@@ -16,7 +16,10 @@
 
 #include <array>
 #include <atomic>
+#include <map>
 #include <memory>
+#include <optional>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -51,8 +54,9 @@ class AwakeSet {
   const std::vector<PageId>& now() const { return now_; }
   bool empty() const { return next_.empty(); }
   void add(PageId p) {
+    if (!called_ || p == kClosedPage) return;
     if (p >= marked_.size()) marked_.resize(p + 1, 0);
-    if (p == kClosedPage || marked_[p]) return;
+    if (marked_[p]) return;
     marked_[p] = 1;
     next_.push_back(p);
   }
@@ -67,8 +71,19 @@ class AwakeSet {
     begin();
     now_.clear();
   }
+  /// Nothing is ever added for a rule that isn't called for.
+  void set_called(bool called) { called_ = called; }
+  /// Takes out what `gone` says of a page.
+  template <class Gone>
+  void remove(Gone gone) {
+    std::erase_if(next_, [&](PageId p) {
+      if (gone(p)) marked_[p] = 0;
+      return gone(p);
+    });
+  }
 
  private:
+  bool called_ = true;
   std::vector<PageId> now_, next_;
   std::vector<uint8_t> marked_;  // in next_
 };
@@ -81,8 +96,8 @@ class Cells {
   static constexpr world::BlockId kNoKind = world::kAir;
 
   /// The store must outlive it and stay where it is. `rules` awake sets are kept. Nothing goes below floor_y, a
-  /// multiple of 8: what is there is closed.
-  Cells(world::Store& store, uint64_t seed, size_t rules, int32_t floor_y);
+  /// multiple of 8: what is there is closed. `subscriber`: of the store, where there is one already.
+  Cells(world::Store& store, uint64_t seed, size_t rules, int32_t floor_y, std::optional<int> subscriber = {});
 
   // ---- pages ----
   size_t page_limit() const { return pos_.size(); }  // page ids are below this
@@ -120,8 +135,10 @@ class Cells {
   bool met_fluid() const { return met_fluid_; }  // or a gas
   bool met_one_kind(world::BlockId& kind) const {
     kind = met_kind_;
-    return !met_rich_;
+    return !met_rich_ && !met_heat_;
   }
+  /// Whether a page so far held heat.
+  bool met_heat() const { return met_heat_; }
   world::BlockId block(PageId p, int index) const;
   const world::BlockId* find_blocks(PageId p) const { return blocks_[p] ? blocks_[p]->data() : nullptr; }
   /// Counts how often the content was read anew: what a rule derives from ids holds as long as it is the same.
@@ -148,7 +165,10 @@ class Cells {
   const int32_t* find_heats(PageId p) const { return heats_[p] ? heats_[p]->data() : nullptr; }
   Heats& heats(PageId p);
   /// Puts other heats in the place of a page's; tell stir_heat() of it.
-  void swap_heats(PageId p, std::unique_ptr<Heats>& with) { heats_[p].swap(with); }
+  void swap_heats(PageId p, std::unique_ptr<Heats>& with) {
+    heats_[p].swap(with);
+    met_heat_.store(true, std::memory_order_relaxed);
+  }
   /// Whether amounts or heat are kept for it.
   bool holds_more(PageId p) const { return amounts_[p] || heats_[p]; }
   bool is_fluid(world::BlockId id) const {
@@ -188,16 +208,32 @@ class Cells {
     int64_t in = 0, out = 0;  // both >= 0
   };
   Booked booked(world::BlockId block) const;
-  /// put(), of something else than was there: both are booked.
+  /// put(), of something else than was there: both are booked, and so is the difference of their heats.
   void transmute(PageId p, int index, const Cell& cell);
+  /// Says that heat came (above 0) or went, other than from a voxel to another. From several threads at once.
+  void book_heat(int64_t units);
+  Booked booked_heat() const { return booked_heat_; }
 
   // ---- the store ----
-  /// Opens what others edited in the store, and wakes it. They edit after a flush(), before the next step.
-  /// Returns whether there were any.
+  /// Opens what others edited in the store, and wakes it, and what may move in regions that came. They edit after a
+  /// flush(), before the next step. Returns whether there was anything.
   bool follow_edits();
+  /// What the store told of: amounts by block, and units of heat.
+  struct Told {
+    std::map<world::BlockId, int64_t> amounts;
+    int64_t heat = 0;
+  };
+  /// Writes voxels and boxes in order, whatever is unsaved: into pages, or where a box is large and none is open into
+  /// the store; `told` gets what that changed in the store. What goes and what comes is booked, to the unit. Parts in
+  /// regions that are away aren't written: they are added to `waiting`. All lies within the world's border.
+  void edit(const world::EditBatch& batch, Told& told, std::map<world::RegionPos, world::EditBatch>& waiting);
+  /// The region's blocks aren't in the store from now on: what is there is closed. Nothing of it is unsaved.
+  void unload(world::RegionPos r);
+  /// They are again: what may move there and beside goes on with the next follow_edits(). `also` as in wake_all().
+  void load(world::RegionPos r, std::span<const uint8_t> also);
   /// Wakes all leaves in which something could move, or that hold one of `also`: at the start of a simulation.
   void wake_all(std::span<const uint8_t> also = {});  // by block
-  /// Writes changed pages to the store. Returns how many leaves.
+  /// Writes changed pages to the store. Returns 0 where there were none.
   size_t flush();
   /// Closes pages that no rule will look at; flush() first.
   void close_idle();
@@ -214,6 +250,10 @@ class Cells {
   PageId allocate();
   void read(PageId p, const world::LeafBlocks& leaf);
   void reread(PageId p);
+  void edit_page(PageId p, const world::VoxelBox& box, world::BlockId block);
+  void book_leaf(world::LeafPos l, const world::VoxelBox& box, world::BlockId block, Told& told);
+  bool may_move(const world::LeafBlocks& leaf, std::span<const uint8_t> also) const;
+  void wake_arrived();
   void read_amounts(PageId p, world::Layer layer, Content content);
   void read_heats(PageId p);
   void write_heats(std::span<const PageId> pages);
@@ -251,7 +291,10 @@ class Cells {
   }
   std::vector<uint8_t> met_;    // by block: fluids
   std::vector<Booked> booked_;  // by block
-  std::atomic<bool> met_liquid_{false}, met_fluid_{false}, met_rich_{false};
+  Booked booked_heat_;
+  std::set<world::RegionPos> away_;
+  std::map<world::RegionPos, std::vector<uint8_t>> arrived_;  // since the last follow_edits(): what to wake there
+  std::atomic<bool> met_liquid_{false}, met_fluid_{false}, met_rich_{false}, met_heat_{false};
   world::BlockId met_kind_ = kNoKind;
 };
 

@@ -8,8 +8,8 @@ constexpr double kGlowsFrom = 900;  // K: lights what is beside it; embers and l
 
 }  // namespace
 
-FireBlocks::FireBlocks(const world::BlockPalette& palette, const std::vector<Reaction>& more)
-    : palette_(&palette), thermal_(palette, more) {
+FireBlocks::FireBlocks(const world::BlockPalette& palette, const std::vector<Reaction>& more, double rest_k)
+    : palette_(&palette), thermal_(palette, more, rest_k) {
   follow();
 }
 

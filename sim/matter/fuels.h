@@ -19,7 +19,7 @@ struct FireTraits {
 
 class FireBlocks {
  public:
-  FireBlocks(const world::BlockPalette& palette, const std::vector<Reaction>& more);
+  FireBlocks(const world::BlockPalette& palette, const std::vector<Reaction>& more, double rest_k = kRestKelvin);
   void follow();
   const FireTraits& operator[](world::BlockId id) const { return traits_[id]; }
   ThermalTraits& thermal() { return thermal_; }

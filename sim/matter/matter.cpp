@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include "sim/matter/thermal.h"
 #include "world/base/errors.h"
@@ -97,14 +98,27 @@ std::vector<EffectReport> called_rules(const world::World& world) {
 }
 
 Matter::Matter(world::World& world, const MatterOptions& options)
-    : world_(world), options_(options), tick_(options.tick), rules_(rule_rows().size()) {
+    : world_(world),
+      options_(options),
+      tick_(options.tick),
+      subscriber_(world.store.subscribe()),
+      rules_(rule_rows().size()) {
   options_.sources = world.simulation.particles;
   if (brings_rain(world)) options_.effects.push_back("rainfall");
+  options_.rest_k = world.environment.temperature.value;
   call_rules();
-  start_ = amounts();
-  flushed_ = world_.store.census();
+  flush();
+  start_ = stored();
+  flushed_ = start_;
 }
 Matter::~Matter() = default;
+
+void Matter::make_cells() {
+  if (cells_) return;
+  cells_ = std::make_unique<Cells>(world_.store, options_.seed, rule_rows().size(), floor_of(world_), subscriber_);
+  for (size_t r = 0; r < rules_.size(); ++r) cells_->awake(r).set_called(rules_[r].rule != nullptr);
+  for (const world::RegionPos& r : away_) cells_->unload(r);
+}
 
 world::Status Matter::begin() {
   for (const world::ParticleSource& source : options_.sources) {
@@ -144,11 +158,25 @@ void Matter::call_rules() {
   // What rules made since.
   for (size_t id = 0; cells_ && id < world_.palette->size(); ++id)
     if (cells_->booked(static_cast<world::BlockId>(id)).in > 0) present.push_back(static_cast<world::BlockId>(id));
+  // Of the scene's own rows, where their partner is there too.
+  const auto is_present = [&](const std::string& name) {
+    const auto id = world_.palette->find(name);
+    return id && std::find(present.begin(), present.end(), *id) != present.end();
+  };
+  const auto reacts = [&](world::BlockId id) {
+    return std::any_of(options_.reactions.begin(), options_.reactions.end(), [&](const Reaction& row) {
+      const bool partner = row.b.empty() || row.b == (*world_.palette)[world::kAir].name || is_present(row.b);
+      return row.a == (*world_.palette)[id].name && partner;
+    });
+  };
   for (size_t r = 0; r < rows.size(); ++r) {
     Running& running = rules_[r];
     if (running.rule) continue;
+    const auto calls = [&](world::BlockId id) {
+      return rows[r].info.calls((*world_.palette)[id]) || (rows[r].info.reacts && reacts(id));
+    };
     for (const world::BlockId id : present)
-      if (rows[r].info.calls((*world_.palette)[id])) {
+      if (calls(id)) {
         running.why = (*world_.palette)[id].name;
         running.rule = rows[r].make(r);
         break;
@@ -161,7 +189,7 @@ void Matter::call_rules() {
     if (running.rule) made.push_back(r);
   }
   if (made.empty()) return;
-  if (!cells_) cells_ = std::make_unique<Cells>(world_.store, options_.seed, rows.size(), floor_of(world_));
+  make_cells();
   std::vector<uint8_t> feels_heat;
   bool any_feels_heat = false;
   for (size_t r = 0; r < rows.size(); ++r) {
@@ -169,29 +197,64 @@ void Matter::call_rules() {
     any_feels_heat |= feels_heat.back() != 0;
   }
   cells_->set_feels_heat(std::move(feels_heat));
-  cells_->wake_all(any_feels_heat ? blocks_out_of_rest(*world_.palette) : std::vector<uint8_t>{});
-  flush();
+  for (size_t r = 0; r < rows.size(); ++r) cells_->awake(r).set_called(rules_[r].rule != nullptr);
+  out_of_rest_ = any_feels_heat ? blocks_out_of_rest(*world_.palette, options_.rest_k) : std::vector<uint8_t>{};
+  // What a scene's rows name needn't move to react.
+  for (const Reaction& row : options_.reactions)
+    for (const std::string* name : {&row.a, &row.b})
+      if (const auto id = world_.palette->find(*name); id && *id != world::kAir) {
+        out_of_rest_.resize(world_.palette->size(), 0);
+        out_of_rest_[*id] = 1;
+      }
+  flush();  // what is awake is found in the store
+  cells_->wake_all(out_of_rest_);
   for (const size_t r : made) rules_[r].rule->start(*cells_, options_);
 }
 
-/// What others put in and took out, by the census: a voxel counts as full.
-void Matter::follow_edits() {
-  if (!cells_->follow_edits()) return;
-  const world::Census now = world_.store.census();
-  std::map<world::BlockId, int64_t> change;
-  for (const auto& [block, voxels] : now) change[block] += static_cast<int64_t>(voxels);
-  for (const auto& [block, voxels] : flushed_) change[block] -= static_cast<int64_t>(voxels);
-  for (const auto& [block, voxels] : change)
-    (voxels > 0 ? edited_[block].in : edited_[block].out) += std::abs(voxels) * kFullVoxel;
+/// What others put in and took out of the store since it was last written, and what came and went with regions.
+void Matter::note_edits() {
+  const Stored now = stored(), before = flushed_ ? *flushed_ : booked();
+  std::map<world::BlockId, int64_t> change = now.amounts;
+  for (const auto& [block, amount] : before.amounts) change[block] -= amount;
+  for (const auto& [block, amount] : change) (amount > 0 ? edited_[block].in : edited_[block].out) += std::abs(amount);
+  const int64_t heat = now.heat - before.heat;
+  (heat > 0 ? edited_heat_.in : edited_heat_.out) += std::abs(heat);
   flushed_ = now;
   call_rules();
+}
+
+void Matter::apply(const std::vector<world::EditBatch>& batches) {
+  Cells::Told told;
+  for (const world::EditBatch& batch : batches) cells_->edit(batch, told, waiting_);
+  for (const auto& [block, amount] : told.amounts)
+    if (flushed_) flushed_->amounts[block] += amount;
+  if (flushed_) flushed_->heat += told.heat;
+  closed_ = false;
+  call_rules();
+}
+
+void Matter::set_unloaded(world::RegionPos r, bool unloaded) {
+  if (unloaded ? !away_.insert(r).second : away_.erase(r) == 0) return;
+  closed_ = false;
+  if (const auto waits = waiting_.find(r); !unloaded && waits != waiting_.end()) {
+    arrived_.push_back(std::move(waits->second));
+    waiting_.erase(waits);
+  }
+  if (!cells_) return;
+  if (unloaded) {
+    flush();
+    cells_->unload(r);
+  } else {
+    cells_->load(r, out_of_rest_);
+  }
 }
 
 StepReport Matter::step() {
   const Tick tick{tick_++, options_.seed, &options_};
   const StepReport report = step_rules(tick);
   if (inhabitants_) {
-    flush();  // they live in the store's blocks
+    // They live in the store's blocks. What the store holds isn't counted for that: the books say.
+    if (cells_ && cells_->flush() > 0) flushed_.reset();
     inhabitants_->step(tick.number);
   }
   return report;
@@ -199,13 +262,17 @@ StepReport Matter::step() {
 
 StepReport Matter::step_rules(const Tick& tick) {
   StepReport report;
+  std::vector<world::EditBatch> batches = std::exchange(arrived_, {});
+  for (world::EditBatch& batch : edits_.take(tick.number)) batches.push_back(std::move(batch));
   if (!cells_) {
-    call_rules();
-    if (!cells_) return report;
+    // Nothing is called for: only an edit changes that.
+    if (!world_.store.take_dirty(subscriber_).empty()) note_edits();
+    if (!cells_ && batches.empty()) return report;
+    make_cells();
+  } else if (cells_->follow_edits()) {
+    note_edits();
   }
-  follow_edits();
-  for (size_t r = 0; r < rules_.size(); ++r)
-    if (!rules_[r].rule) cells_->awake(r).clear();
+  if (!batches.empty()) apply(batches);
   if (cells_->settled()) {
     close();
     return report;
@@ -231,8 +298,6 @@ StepReport Matter::step_rules(const Tick& tick) {
     made_kinds_ = made;
     call_rules();
   }
-  for (size_t r = 0; r < rules_.size(); ++r)
-    if (!rules_[r].rule) cells_->awake(r).clear();
   if (cells_->settled()) close();
   return report;
 }
@@ -249,7 +314,10 @@ void Matter::wake_all() {
   if (cells_) cells_->wake_all();
 }
 
-bool Matter::settled() const { return (!cells_ || cells_->settled()) && !(inhabitants_ && inhabitants_->awake()); }
+bool Matter::settled() const {
+  const bool rests = !cells_ || cells_->settled();
+  return rests && edits_.waiting() == 0 && arrived_.empty() && !(inhabitants_ && inhabitants_->awake());
+}
 
 size_t Matter::awake_leaves() const {
   if (!cells_) return 0;
@@ -261,7 +329,7 @@ size_t Matter::awake_leaves() const {
 }
 
 void Matter::flush() {
-  if (cells_ && cells_->flush() > 0) flushed_ = world_.store.census();
+  if (cells_ && cells_->flush() > 0) flushed_ = stored();
 }
 
 uint64_t Matter::state_hash() {
@@ -282,14 +350,34 @@ uint64_t Matter::state_hash() {
   return hash;
 }
 
+Matter::Stored Matter::stored() const {
+  Stored all;
+  for (const auto& [block, voxels] : world_.store.census())
+    all.amounts[block] = static_cast<int64_t>(voxels) * kFullVoxel;
+  for (const world::Layer layer : {world::Layer::liquid, world::Layer::gas})
+    for_each_active(world_.store, layer, [&](world::BlockId block, world::VoxelPos, int32_t amount) {
+      all.amounts[block] += amount - kFullVoxel;
+    });
+  for_each_active(world_.store, world::Layer::heat,
+                  [&](world::BlockId, world::VoxelPos, int32_t heat) { all.heat += heat; });
+  return all;
+}
+
+Matter::Stored Matter::booked() const {
+  Stored all = start_;
+  all.heat += edited_heat_.in - edited_heat_.out;
+  for (const auto& [block, edited] : edited_) all.amounts[block] += edited.in - edited.out;
+  for (size_t id = 0; cells_ && id < world_.palette->size(); ++id) {
+    const Cells::Booked made = cells_->booked(static_cast<world::BlockId>(id));
+    if (made.in != made.out) all.amounts[static_cast<world::BlockId>(id)] += made.in - made.out;
+  }
+  if (cells_) all.heat += cells_->booked_heat().in - cells_->booked_heat().out;
+  return all;
+}
+
 std::map<world::BlockId, int64_t> Matter::amounts() {
   flush();
-  std::map<world::BlockId, int64_t> all;
-  for (const auto& [block, voxels] : world_.store.census()) all[block] = static_cast<int64_t>(voxels) * kFullVoxel;
-  for (const world::Layer layer : {world::Layer::liquid, world::Layer::gas})
-    for_each_active(world_.store, layer,
-                    [&](world::BlockId block, world::VoxelPos, int32_t amount) { all[block] += amount - kFullVoxel; });
-  return all;
+  return stored().amounts;
 }
 
 int64_t Matter::amount(world::BlockId block) {
@@ -299,22 +387,28 @@ int64_t Matter::amount(world::BlockId block) {
 }
 
 std::vector<LedgerRow> Matter::ledger() {
-  const std::map<world::BlockId, int64_t> now = amounts();
+  flush();
+  const Stored now = stored();
   std::map<world::BlockId, LedgerRow> rows;
-  for (const auto& [block, amount] : start_) rows[block].start = amount;
-  for (const auto& [block, amount] : now) rows[block].now = amount;
+  LedgerRow heat{.substance = "heat", .start = start_.heat, .now = now.heat, .is_heat = true};
+  heat.in = edited_heat_.in, heat.out = edited_heat_.out;
+  for (const auto& [block, amount] : start_.amounts) rows[block].start = amount;
+  for (const auto& [block, amount] : now.amounts) rows[block].now = amount;
   for (const auto& [block, booked] : edited_) rows[block].in += booked.in, rows[block].out += booked.out;
   for (size_t id = 0; cells_ && id < world_.palette->size(); ++id) {
     const auto block = static_cast<world::BlockId>(id);
     const Cells::Booked booked = cells_->booked(block);
     if (booked.in != 0 || booked.out != 0) rows[block].in += booked.in, rows[block].out += booked.out;
   }
+  if (cells_) heat.in += cells_->booked_heat().in, heat.out += cells_->booked_heat().out;
+  rows.erase(world::kAir);
   std::vector<LedgerRow> all;
   for (auto& [block, row] : rows) {
     row.substance = (*world_.palette)[block].name;
     all.push_back(row);
   }
   std::sort(all.begin(), all.end(), [](const LedgerRow& a, const LedgerRow& b) { return a.substance < b.substance; });
+  if (heat.start != 0 || heat.now != 0 || heat.in != 0 || heat.out != 0) all.push_back(heat);
   return all;
 }
 

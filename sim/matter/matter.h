@@ -6,11 +6,14 @@
 
 #include <map>
 #include <memory>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "sim/bodies/inhabitants.h"
 #include "sim/knobs.h"
+#include "sim/matter/edit_queue.h"
 #include "sim/matter/reactions.h"
 #include "sim/matter/rule.h"
 #include "world/world.h"
@@ -38,11 +41,12 @@ struct StepReport {
   uint64_t voxels_changed = 0;
 };
 
-/// One substance in the books: start + in - out = now, to the unit.
+/// One substance, or heat, in the books: start + in - out = now, to the unit.
 struct LedgerRow {
-  std::string substance;
-  int64_t start = 0, now = 0;  // in units of 1/4096 m^3 at rest
-  int64_t in = 0, out = 0;     // what rules made and took away, and what edits put in and took out
+  std::string substance;       // "heat": beyond what blocks are born with, as the layer of that name
+  int64_t start = 0, now = 0;  // in units of 1/4096 m^3 at rest; of heat in 20 J
+  int64_t in = 0, out = 0;  // what rules made and took away, edits put in and took out, and came and went with regions
+  bool is_heat = false;
   bool exact() const { return start + in - out == now; }
 };
 
@@ -53,11 +57,16 @@ struct MatterOptions {
   SimKnobs knobs = {};
   std::vector<Reaction> reactions = {};             // of the scene, beyond the rows of reactions.toml
   std::vector<world::ParticleSource> sources = {};  // the world's own, set by Matter
+  double rest_k = kRestKelvin;                      // what nothing heats or cools; Matter takes the world's
 };
+/// What a world says of its own simulation: seed, effects, knobs over those of `accuracy`, and reactions, each checked.
+/// Errors name the file, line and column of a reaction, or the knob.
+world::Result<MatterOptions> matter_options(const world::World& world, world::Accuracy accuracy);
 
 class Matter {
  public:
-  /// The world must outlive it; its blocks may be edited between steps. Everything that may move is awake at first.
+  /// The world must outlive it. Its blocks may be edited after a flush(), before the next step(); by edit() at any
+  /// time. Everything that may move is awake at first.
   Matter(world::World& world, const MatterOptions& options);
   ~Matter();
 
@@ -70,9 +79,21 @@ class Matter {
 
   /// One tick. Edits of the store since the last flush() are taken in first.
   StepReport step();
+  /// Writes voxels and boxes at the start of the next tick, in the order of calls; on any thread, while step() runs
+  /// too. A fluid comes as full voxels; what was in a voxel goes, to the unit, and the ledger has both. A
+  /// voxel that is of the block already stays as it is. Fails, and
+  /// takes nothing, as EditQueue::push() does. What lies in a region that is unloaded waits until it is there.
+  world::Status edit(const world::EditBatch& batch) { return edits_.push(batch, world_.palette->size()); }
+  /// At the start of that tick, in an order that doesn't depend on which thread came first.
+  world::Status edit(const world::EditBatch& batch, const EditTime& time) {
+    return edits_.push(batch, time, world_.palette->size());
+  }
+  /// That the blocks of a region are not in the store, or are again: what would move there waits at its border, asleep.
+  /// Between steps; flush() before the store forgets a region, then tell of it here.
+  void set_unloaded(world::RegionPos r, bool unloaded);
   /// Looks at all that may move in the next tick: changes nothing of what happens.
   void wake_all();
-  /// Whether nothing is awake: a step would visit no leaf.
+  /// Whether nothing is awake, and no edit waits: a step would visit no leaf.
   bool settled() const;
   size_t awake_leaves() const;
   uint64_t tick() const { return tick_; }
@@ -83,7 +104,8 @@ class Matter {
   /// How much there is of each block that is there: amounts of a liquid or gas, kFullVoxel for each voxel of another.
   std::map<world::BlockId, int64_t> amounts();
   int64_t amount(world::BlockId block);
-  /// Every substance that was there at the start, is there, or was made; sorted by name.
+  /// Every substance that was there at the start, is there, or was made, sorted by name; then heat, where there was
+  /// any.
   std::vector<LedgerRow> ledger();
   /// How much liquid or gas a voxel holds, 0 to about kFullVoxel.
   int amount_at(world::VoxelPos v) const;
@@ -96,20 +118,36 @@ class Matter {
  private:
   struct Running;
   StepReport step_rules(const Tick& tick);
+  /// What the store holds.
+  struct Stored {
+    std::map<world::BlockId, int64_t> amounts;
+    int64_t heat = 0;
+  };
+  Stored stored() const;
+  Stored booked() const;  // what it should, by the books
+  void make_cells();
   void call_rules();
-  void follow_edits();
+  void note_edits();
+  void apply(const std::vector<world::EditBatch>& batches);
   void close();
   bool closed_ = false;
   world::World& world_;
   MatterOptions options_;
   uint64_t tick_;
-  size_t made_kinds_ = 0;  // blocks that rules made any of
+  int subscriber_;                    // of the store: ours until there are cells, then theirs
+  size_t made_kinds_ = 0;             // blocks that rules made any of
+  std::vector<uint8_t> out_of_rest_;  // by block: where something feels heat
   std::unique_ptr<Cells> cells_;
-  std::map<world::BlockId, int64_t> start_;
-  world::Census flushed_;                           // of the store when it was last written
-  std::map<world::BlockId, Cells::Booked> edited_;  // by others
-  std::vector<Running> rules_;                      // one a row of rule_rows()
-  std::unique_ptr<Inhabitants> inhabitants_;        // null: none
+  Stored start_;
+  std::optional<Stored> flushed_;                   // when it was last written; else the books say
+  std::map<world::BlockId, Cells::Booked> edited_;  // by others, in the store
+  Cells::Booked edited_heat_;
+  EditQueue edits_;
+  std::set<world::RegionPos> away_;
+  std::map<world::RegionPos, world::EditBatch> waiting_;  // for regions that are away
+  std::vector<world::EditBatch> arrived_;                 // waited, and are due
+  std::vector<Running> rules_;                            // one a row of rule_rows()
+  std::unique_ptr<Inhabitants> inhabitants_;              // null: none
 };
 
 }  // namespace sim

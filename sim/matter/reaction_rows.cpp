@@ -7,11 +7,11 @@ namespace sim {
 
 using world::BlockId;
 
-ReactionRows::ReactionRows(const world::BlockPalette& palette, const std::vector<Reaction>& more)
+ReactionRows::ReactionRows(const world::BlockPalette& palette, const std::vector<Reaction>& more, double rest_k)
     : palette_(&palette),
       sources_(standard_reactions().rows),
       kind_of_(palette.size(), kNoReactant),
-      thermal_(palette, more) {
+      thermal_(palette, more, rest_k) {
   constexpr uint32_t kBeside =
       1u << world::kFaceNegX | 1u << world::kFacePosX | 1u << world::kFaceNegZ | 1u << world::kFacePosZ;
   constexpr uint32_t kAbove = 1u << world::kFacePosY, kBelow = 1u << world::kFaceNegY;
@@ -28,7 +28,7 @@ ReactionRows::ReactionRows(const world::BlockPalette& palette, const std::vector
     if (!r.b.empty()) row.kind_b = add_kind(row.b), row.faces = kFaces[static_cast<int>(r.where)];
     row.chance = r.chance, row.of = r.of;
     row.when = r.when;
-    if (r.when != Condition::always) row.at_k = r.at_k;
+    row.at_k = r.when == Condition::always ? rest_k : r.at_k;
     row.heat = r.heat_mj * 1e6 / kHeatUnitJ;
     row.amount_c = r.amount_c, row.amount_d = r.amount_d;
     row.number = n;
@@ -60,21 +60,26 @@ bool ReactionRows::is_ready(const ReactionRow& row, const Cell& a) const {
   return row.when == Condition::from ? above >= std::max<int64_t>(-bound, 0) : -above >= std::max<int64_t>(bound, 0);
 }
 
-/// How much of `to` comes of a cell. A solid comes whole, or by chance not at all where there is less fluid than it
-/// takes, so that mass is right on average.
+/// A solid comes whole, or by chance not at all where there is less fluid than it takes, so that mass is right on
+/// average. Below 1 there only.
+double ReactionRows::chance_of(BlockId to, const Cell& from) const {
+  if (is_fluid(to) || !is_fluid(from.block) || to == world::kAir || from.amount >= kFullVoxel) return 1;
+  const double part = from.amount / static_cast<double>(kFullVoxel) * (*palette_)[from.block].density.value /
+                      (*palette_)[to].density.value;
+  return std::min(part, 1.0);
+}
+
+/// How much of `to` comes of a cell.
 Cell ReactionRows::product(BlockId to, int amount_full, const Cell& from, uint64_t random) const {
   Cell cell{.block = to};
-  const bool was_fluid = is_fluid(from.block);
   if (is_fluid(to)) {
-    const int64_t of = was_fluid ? from.amount : kFullVoxel;
+    const int64_t of = is_fluid(from.block) ? from.amount : kFullVoxel;
     cell.amount =
         static_cast<uint16_t>(std::clamp<int64_t>((of * amount_full + kFullVoxel / 2) / kFullVoxel, 1, 65535));
     return cell;
   }
-  if (!was_fluid || to == world::kAir || from.amount >= kFullVoxel) return cell;
-  const double part = from.amount / static_cast<double>(kFullVoxel) * (*palette_)[from.block].density.value /
-                      (*palette_)[to].density.value;
-  if (world::uniform01_double(random) >= part) cell.block = world::kAir;
+  const double chance = chance_of(to, from);
+  if (chance < 1 && world::uniform01_double(random) >= chance) cell.block = world::kAir;
   return cell;
 }
 
@@ -100,20 +105,23 @@ int64_t ReactionRows::react(const ReactionRow& row, const Cell& a, const Cell& b
   }
   const int64_t to_c = pair ? std::llround(static_cast<double>(freed) * (part_c / (part_c + part_d))) : freed;
   int64_t lost = 0;
-  const auto set = [&](Cell& cell, int64_t units, int64_t most) {
-    units += thermal_.heat_at(cell.block, amount(cell), row.at_k);
-    using Limits = std::numeric_limits<int32_t>;
-    const int64_t kept = std::clamp<int64_t>(units, Limits::min() / 2, most);
-    lost += units - kept;
+  using Limits = std::numeric_limits<int32_t>;
+  // A solid that came by chance has the heat of all of its mass, and one that didn't took its heat along: so energy, as
+  // mass, is right on average, and nothing is as hot as what little air could hold of it.
+  const auto set = [&](Cell& cell, BlockId wanted, const Cell& from, int64_t units) {
+    const int64_t base = thermal_.heat_at(cell.block, amount(cell), row.at_k);
+    int64_t now = units + base;
+    if (const double chance = chance_of(wanted, from); chance < 1) {
+      const double kelvin = row.at_k + static_cast<double>(above(from)) / thermal_.capacity(from.block, amount(from));
+      now = cell.block == wanted ? base + std::llround(static_cast<double>(units) / chance)
+                                 : std::min(thermal_.heat_at(cell.block, kFullVoxel, kelvin), now);
+    }
+    const int64_t kept = std::clamp<int64_t>(now, Limits::min() / 2, Limits::max() / 2);
+    lost += units + base - kept;
     cell.heat = static_cast<int32_t>(kept);
   };
-  constexpr int64_t kMost = INT32_MAX / 2;
-  // Where too little of a fluid is there for the solid, nothing is left of it, and air takes over none of its heat
-  // beyond its temperature.
-  const double kelvin = row.at_k + static_cast<double>(above(a)) / thermal_.capacity(a.block, amount(a));
-  const bool vanished = c.block != row.c;
-  set(c, above(a) + to_c, vanished ? std::min(kMost, thermal_.heat_at(c.block, kFullVoxel, kelvin)) : kMost);
-  if (pair) set(d, above(b) + freed - to_c, kMost);
+  set(c, row.c, a, above(a) + to_c);
+  if (pair) set(d, row.d, b, above(b) + freed - to_c);
   return lost;
 }
 

@@ -34,7 +34,7 @@ struct ReactionRow {
 class ReactionRows {
  public:
   /// Rows whose blocks the palette doesn't know are left out. `more`: after the standard ones.
-  ReactionRows(const world::BlockPalette& palette, const std::vector<Reaction>& more);
+  ReactionRows(const world::BlockPalette& palette, const std::vector<Reaction>& more, double rest_k = kRestKelvin);
   const std::vector<ReactionRow>& rows() const { return rows_; }
   const std::vector<Reaction>& sources() const { return sources_; }  // by number
   /// The number of a block among those that take part, or kNoReactant.
@@ -44,12 +44,14 @@ class ReactionRows {
 
   /// Whether a voxel of a is warm or cold enough, with the heat of the change to spare.
   bool is_ready(const ReactionRow& row, const Cell& a) const;
-  /// What a and b become. `random`: for what depends on chance. Returns units of heat that didn't fit into 32 bits.
+  /// What a and b become. `random`: for what depends on chance. Returns units of heat that didn't fit into 32 bits, and
+  /// those that left with too little of a fluid for a solid, less those that came with a solid: on average none.
   int64_t react(const ReactionRow& row, const Cell& a, const Cell& b, uint64_t random, Cell& c, Cell& d) const;
 
  private:
   int add_kind(world::BlockId id);
   bool is_fluid(world::BlockId id) const;
+  double chance_of(world::BlockId to, const Cell& from) const;
   Cell product(world::BlockId to, int amount_full, const Cell& from, uint64_t random) const;
 
   const world::BlockPalette* palette_;

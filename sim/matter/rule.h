@@ -44,6 +44,7 @@ struct RuleInfo {
   /// Whether a voxel of this block calls for the rule.
   bool (*calls)(const world::Block& block) = nullptr;
   bool feels_heat = false;  // awake where it becomes warmer or colder, too
+  bool reacts = false;      // called for by what a scene's own reactions name, too
 };
 
 class Rule {

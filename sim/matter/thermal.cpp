@@ -10,8 +10,8 @@ constexpr int kLeastAmount = kFullVoxel / 64;  // what holds less counts as so m
 
 }  // namespace
 
-ThermalTraits::ThermalTraits(const world::BlockPalette& palette, const std::vector<Reaction>& more)
-    : palette_(&palette), more_(more) {
+ThermalTraits::ThermalTraits(const world::BlockPalette& palette, const std::vector<Reaction>& more, double rest_k)
+    : palette_(&palette), more_(more), rest_k_(rest_k) {
   follow();
 }
 
@@ -24,12 +24,12 @@ void ThermalTraits::follow() {
     t.capacity = static_cast<float>(std::max(capacity / kHeatUnitJ, 1.0));
     t.conductivity = static_cast<float>(block.heat_conductivity.value);
     const auto born = table.born_k.find(block.name);
-    if (born != table.born_k.end()) t.born = static_cast<float>(born->second - kRestKelvin);
-    if (block.ignition) t.ignition = static_cast<float>(block.ignition->value - kRestKelvin);
+    if (born != table.born_k.end()) t.born = static_cast<float>(born->second - rest_k_);
+    if (block.ignition) t.ignition = static_cast<float>(block.ignition->value - rest_k_);
     for (const std::vector<Reaction>* rows : std::initializer_list<const std::vector<Reaction>*>{&table.rows, &more_})
       for (const Reaction& row : *rows) {
         if (row.a != block.name || !row.b.empty()) continue;
-        const float at = static_cast<float>(row.at_k - kRestKelvin);
+        const float at = static_cast<float>(row.at_k - rest_k_);
         if (row.when == Condition::from && row.heat_mj < 0) t.high = std::min(t.high, at);
         if (row.when == Condition::to && row.heat_mj > 0) t.low = std::max(t.low, at);
       }
@@ -56,13 +56,13 @@ ThermalVoxel ThermalTraits::voxel(world::BlockId id, int amount) const {
 }
 
 int64_t ThermalTraits::heat_at(world::BlockId id, int amount, double kelvin) const {
-  return std::llround(capacity(id, amount) * (kelvin - kRestKelvin - static_cast<double>(traits_[id].born)));
+  return std::llround(capacity(id, amount) * (kelvin - rest_k_ - static_cast<double>(traits_[id].born)));
 }
 
-std::vector<uint8_t> blocks_out_of_rest(const world::BlockPalette& palette) {
+std::vector<uint8_t> blocks_out_of_rest(const world::BlockPalette& palette, double rest_k) {
   std::vector<uint8_t> out(palette.size(), 0);
   for (const auto& [name, kelvin] : standard_reactions().born_k)
-    if (const auto id = palette.find(name)) out[*id] = kelvin != kRestKelvin;
+    if (const auto id = palette.find(name)) out[*id] = kelvin != rest_k;
   return out;
 }
 

@@ -1,6 +1,7 @@
 /// What each block is to heat, and the unit of it.
 ///
-/// A voxel's heat is what it holds beyond a voxel of its block as it is born: 0 is 288.15 K, and 1400 K for lava. So
+/// A voxel's heat is what it holds beyond a voxel of its block as it is born: 0 is the world's temperature at rest
+/// (temperature_k of a scene, 288.15 K by default), and 1400 K for lava. So
 /// heat needs no storage where nothing was heated or cooled, and moves along with what holds it.
 ///
 /// The unit is 20 J for all, so that energy is exact: a voxel of any block holds 0..6000 K in 32 bits (the heaviest,
@@ -41,7 +42,9 @@ struct ThermalVoxel {
 
 class ThermalTraits {
  public:
-  ThermalTraits(const world::BlockPalette& palette, const std::vector<Reaction>& more);
+  /// `rest_k`: of the world where nothing heats or cools it, K.
+  ThermalTraits(const world::BlockPalette& palette, const std::vector<Reaction>& more, double rest_k = kRestKelvin);
+  double rest_k() const { return rest_k_; }
   /// Takes blocks in that the palette has gained.
   void follow();
   const Thermal& operator[](world::BlockId id) const { return traits_[id]; }
@@ -60,6 +63,7 @@ class ThermalTraits {
  private:
   const world::BlockPalette* palette_;
   std::vector<Reaction> more_;
+  double rest_k_;
   std::vector<Thermal> traits_;
   double largest_diffusivity_ = 0;
 };
@@ -70,6 +74,6 @@ inline float temperature(const ThermalVoxel& v, int32_t heat) {
 }
 
 /// By block: 1 where it is born warmer or colder than rest.
-std::vector<uint8_t> blocks_out_of_rest(const world::BlockPalette& palette);
+std::vector<uint8_t> blocks_out_of_rest(const world::BlockPalette& palette, double rest_k = kRestKelvin);
 
 }  // namespace sim

@@ -1,5 +1,7 @@
 #include "world/base/toml_reader.h"
 
+#include "world/base/toml_text.h"
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -96,6 +98,9 @@ struct TomlState {
   void fail(toml::source_position p, const std::string& sentence, bool missing = false) {
     problems.push_back({missing, p.line, p.column, at(p) + one_line(sentence)});  // it may quote the file
   }
+
+  static TomlState& of(const TomlTable& table) { return *table.state_; }
+  static size_t index(const TomlTable& table) { return table.index_; }
 
   /// Makes the key known and finds its value.
   const toml::node* take(size_t index, std::string_view key) {
@@ -284,6 +289,57 @@ std::vector<TomlTable> TomlTable::array_of_tables(std::string_view key) {
       state_->expected(element, key, "an array of tables, [[" + std::string(key) + "]]");
   }
   return tables;
+}
+
+namespace {
+
+/// The lines at which tables begin, inline ones left out.
+void collect_headers(const toml::table& table, std::set<uint32_t>& lines) {
+  const auto collect = [&](const toml::table* inner) {
+    if (!inner || inner->is_inline()) return;
+    lines.insert(inner->source().begin.line);
+    collect_headers(*inner, lines);
+  };
+  for (const auto& [key, node] : table) {
+    collect(node.as_table());
+    if (const toml::array* array = node.as_array())
+      for (const toml::node& element : *array) collect(element.as_table());
+  }
+}
+
+}  // namespace
+
+std::string text_of_tables(TomlTable root, std::string_view key, std::string_view text) {
+  TomlState& state = TomlState::of(root);
+  const toml::node* node = state.take(TomlState::index(root), key);
+  if (!node) return {};
+  std::set<uint32_t> headers;
+  collect_headers(*state.handed[TomlState::index(root)].table, headers);
+  std::set<uint32_t> own;
+  bool is_inline = !node->is_array_of_tables();
+  for (size_t i = 0; !is_inline && i < node->as_array()->size(); ++i) {
+    const toml::table& table = *node->as_array()->get(i)->as_table();
+    is_inline = table.is_inline();
+    own.insert(table.source().begin.line);
+    std::set<uint32_t> inner;
+    collect_headers(table, inner);
+    own.insert(inner.begin(), inner.end());
+  }
+  if (is_inline) {
+    state.expected(*node, key, "an array of tables, [[" + std::string(key) + "]]");
+    return {};
+  }
+  std::string kept;
+  bool inside = false;
+  for (uint32_t line = 1; !text.empty(); ++line) {
+    const size_t end = std::min(text.find('\n'), text.size());
+    if (headers.contains(line)) inside = own.contains(line);
+    if (inside) kept += text.substr(0, end);
+    kept += '\n';
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  kept.resize(kept.find_last_not_of('\n') + 1);
+  return kept + '\n';
 }
 
 std::vector<std::pair<std::string, TomlTable>> TomlTable::tables() {

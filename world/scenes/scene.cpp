@@ -9,7 +9,9 @@
 #include "scene_files.h"
 #include "world/base/text.h"
 #include "world/base/toml_reader.h"
+#include "world/base/toml_text.h"
 #include "world/gen/generator.h"
+#include "world/scenes/scene_reactions.h"
 #include "world/scenes/simulation_tables.h"
 #include "world/store/copies.h"
 #include "world/store/density_field.h"
@@ -237,6 +239,7 @@ Result<Scene> parse_scene(std::string_view text, const std::string& name, const 
   for (TomlTable table : root.array_of_tables("body")) scene.simulation.bodies.push_back(read_body(table, offset));
   for (TomlTable table : root.array_of_tables("particles"))
     scene.simulation.particles.push_back(read_particles(table, offset));
+  text_of_tables(root, "reaction", text);  // known; add_scene_reactions() has them
   TRY_STATUS(document.finish());
   return scene;
 }
@@ -316,6 +319,26 @@ Result<Scene> load_scene(const std::string& name_or_path) {
   scene.name = path.filename().string();
   scene.file = path;
   return scene;
+}
+
+Status add_scene_reactions(const std::string& name_or_path, World& world) {
+  std::string text, file_name;
+  for (const EmbeddedText* file = scene_files; file->name; ++file)
+    if (std::filesystem::path(file->name).stem() == name_or_path)
+      text = file->text, file_name = std::string("world/scenes/") + file->name;
+  const std::filesystem::path path = name_or_path;
+  if (text.empty() && path.extension() == ".toml") {
+    TRY(const std::vector<uint8_t> bytes, read_file(path, 16 << 20));
+    text.assign(bytes.begin(), bytes.end());
+    file_name = path.string();
+  }
+  if (text.empty()) return {};
+  TRY(TomlDocument document, TomlDocument::parse(text, file_name));
+  const std::string reactions = text_of_tables(document.root(), "reaction", text);
+  if (reactions.empty()) return {};
+  world.metadata[kReactionsKey] = reactions;
+  world.metadata[kReactionsFileKey] = file_name;
+  return {};
 }
 
 Result<World> build_world(const Scene& scene, ImportReport& report) {

@@ -418,6 +418,21 @@ void write_box(RegionEdit& edit, VoxelPos corner, const EditBatch::Op& op, LeafM
   }
 }
 
+/// What a voxel held goes with its block: the amounts of fluids and the heat that layers say of it.
+void forget_contents(StoreNodes& nodes, LeafPos l, const LeafMask& changed) {
+  for (const Layer layer : {Layer::liquid, Layer::gas, Layer::heat}) {
+    const auto found = nodes.layers.find(layer);
+    if (found == nodes.layers.end()) continue;
+    IntLayer& values = std::get<IntLayer>(found->second);
+    std::array<int32_t, kLeafVoxels> value;
+    LeafMask active;
+    if (!values.read_leaf(l, value, active)) continue;
+    LeafMask kept;
+    for (int x = 0; x < 8; ++x) kept.word[x] = active.word[x] & ~changed.word[x];
+    if (!(kept == active)) values.write_leaf(l, value, kept);
+  }
+}
+
 }  // namespace
 
 Result<EditReport> Store::apply(const EditBatch& batch, UndoLog* undo) {
@@ -451,6 +466,7 @@ Result<EditReport> Store::apply(const EditBatch& batch, UndoLog* undo) {
     report.voxels_changed += static_cast<uint64_t>(edit.changed().count());
     ++report.leaves_changed;
     if (undo) step.push_back(edit.undo());
+    forget_contents(*nodes_, edit.position(), edit.changed());
     leaf_changed(edit.position());
   }
   if (undo && !step.empty()) {
@@ -547,6 +563,7 @@ void Store::swap_leaves(std::vector<LeafUndo>& step) {
     edit.begin_leaf(index_in_region(entry.leaf));
     edit.put(entry.changed, entry.values);
     if (!edit.end_leaf()) continue;
+    forget_contents(*nodes_, entry.leaf, edit.changed());
     leaf_changed(entry.leaf);
     entry = edit.undo();
   }

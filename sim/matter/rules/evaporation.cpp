@@ -85,7 +85,7 @@ class Evaporation final : public Rule {
 };
 
 void Evaporation::read_rows(const Cells& cells, const Tick& tick) {
-  thermal_ = std::make_unique<ThermalTraits>(cells.palette(), tick.options->reactions);
+  thermal_ = std::make_unique<ThermalTraits>(cells.palette(), tick.options->reactions, tick.options->rest_k);
   for (const std::vector<Reaction>* all : {&standard_reactions().rows, &tick.options->reactions})
     for (const Reaction& row : *all) {
       const auto a = cells.palette().find(row.a), c = cells.palette().find(row.c);
@@ -112,7 +112,7 @@ bool Evaporation::find(const Cells& cells, PageId p, const Tick& tick, std::vect
       any = true;
       const Cell cell = cells.cell(p, i);
       const double kelvin =
-          static_cast<double>(temperature(thermal_->voxel(cell.block, cell.amount), cell.heat)) + kRestKelvin;
+          static_cast<double>(temperature(thermal_->voxel(cell.block, cell.amount), cell.heat)) + thermal_->rest_k();
       const world::VoxelPos v = world::voxel_from_leaf(cells.pos(p)) + world::offset_in_leaf(i);
       const uint64_t random = world::random_bits(tick.seed, v.x, v.y, v.z, tick.number, kStream);
       const double wanted = units * vapour_pressure(kelvin) + world::uniform01_double(random);
@@ -140,12 +140,14 @@ void Evaporation::apply(Cells& cells, PageId p, const Vapour& vapour) {
     if (goes == 0) goes = 1;
     Cell gas{.block = row.gas};
     gas.amount = static_cast<uint16_t>(std::min(std::lround(goes * row.expansion), 65534l));
-    const double kelvin =
-        static_cast<double>(temperature(thermal_->voxel(liquid.block, liquid.amount), liquid.heat)) + kRestKelvin;
+    const double kelvin = static_cast<double>(temperature(thermal_->voxel(liquid.block, liquid.amount), liquid.heat)) +
+                          thermal_->rest_k();
     gas.heat = static_cast<int32_t>(thermal_->heat_at(row.gas, gas.amount, kelvin));
     const double taken = energy(gas) - energy(air) + row.latent * goes / kFullVoxel;
+    const int32_t before = liquid.heat;
     liquid.heat = static_cast<int32_t>(
         std::clamp(static_cast<double>(liquid.heat) - std::round(taken), INT32_MIN / 2.0, INT32_MAX / 2.0));
+    cells.book_heat(int64_t{liquid.heat} - before);
     cells.transmute(q, j, gas);
     cells.stir_heat(p), cells.stir_heat(q);
     touch(cells, q, j);

@@ -260,7 +260,7 @@ void Fire::find_burning(const Cells& cells, PageId p, double dt) {
     if (heats[n] <= 0) return;
     const FireTraits& t = (*blocks_)[ids[n]];
     const float warmth = temperature(blocks_->thermal().voxel(ids[n]), heats[n]);
-    if (warmth >= static_cast<float>(kFlameKelvin - kRestKelvin)) page.cool.clear(i);
+    if (warmth >= static_cast<float>(kFlameKelvin - blocks_->thermal().rest_k())) page.cool.clear(i);
     if (warmth < t.ignition || !fed.test(i)) return;
     const double part = std::min(dt / (t.hours * 3600), 1.0);
     const auto spent = static_cast<uint16_t>(std::clamp(std::llround(part * kAllFuel), 1ll, 65535ll));
@@ -288,14 +288,15 @@ bool Fire::warm(Cells& cells, PageId p, double dt) {
   cells.ids(p, ids);
   Cells::Heats& heats = cells.heats(p);
   const std::array<int32_t, world::kLeafVoxels> before = heats;
-  const auto flame = static_cast<float>(kFlameKelvin - kRestKelvin);
+  const auto flame = static_cast<float>(kFlameKelvin - blocks_->thermal().rest_k());
   bool changed = false;
   int64_t kept = 0;
   const auto give = [&](int i, int64_t units) {
     const auto n = static_cast<size_t>(i);
     if (!page.heavy.test(i) || temperature(blocks_->thermal().voxel(ids[n]), before[n]) >= flame) return;
-    heats[n] = static_cast<int32_t>(std::clamp<int64_t>(heats[n] + units, INT32_MIN / 2, INT32_MAX / 2));
-    kept += units;
+    const auto sum = static_cast<int32_t>(std::clamp<int64_t>(heats[n] + units, INT32_MIN / 2, INT32_MAX / 2));
+    kept += int64_t{sum} - heats[n];
+    heats[n] = sum;
     changed = true;
   };
   for (const Burning& b : page.burning) give(b.index, b.share);
@@ -317,7 +318,7 @@ bool Fire::warm(Cells& cells, PageId p, double dt) {
   }
   // Glowing blocks and torches, as black bodies.
   const auto radiated = [&](BlockId id) {
-    const double kelvin = static_cast<double>(blocks_->thermal()[id].born) + kRestKelvin;
+    const double kelvin = static_cast<double>(blocks_->thermal()[id].born) + blocks_->thermal().rest_k();
     return std::llround(kStefanBoltzmann * kelvin * kelvin * kelvin * kelvin * dt / kHeatUnitJ);
   };
   for (int face = 0; face < 6; ++face) {
@@ -339,6 +340,9 @@ bool Fire::warm(Cells& cells, PageId p, double dt) {
     });
   }
   kept_ += kept;
+  int64_t came = 0;
+  for (size_t n = 0; changed && n < heats.size(); ++n) came += int64_t{heats[n]} - before[n];
+  if (came != 0) cells.book_heat(came);
   return changed;
 }
 
@@ -416,7 +420,7 @@ void Fire::jump(Cells& cells, PageId p, const Tick& tick, LeafMask& changed) {
 
 RuleReport Fire::step(Cells& cells, const Tick& tick) {
   RuleReport report;
-  if (!blocks_) blocks_ = std::make_unique<FireBlocks>(cells.palette(), tick.options->reactions);
+  if (!blocks_) blocks_ = std::make_unique<FireBlocks>(cells.palette(), tick.options->reactions, tick.options->rest_k);
   blocks_->follow();
   list_pages(cells);
   const SimKnobs& knobs = tick.options->knobs;

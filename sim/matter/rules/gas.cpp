@@ -20,6 +20,7 @@
 
 #include "sim/matter/gas_kernel.h"
 #include "sim/matter/gas_swaps.h"
+#include "sim/matter/matter.h"
 #include "sim/matter/rule.h"
 #include "sim/matter/thermal.h"
 #include "world/base/jobs.h"
@@ -59,7 +60,7 @@ class Gas final : public Rule {
   RuleReport step(Cells& cells, const Tick& tick) override;
 
  private:
-  void follow(const Cells& cells);
+  void follow(const Cells& cells, double rest_k);
   FluidRole role(BlockId id) const { return blocks_.roles[id]; }
   void flow_of(Cells& cells, BlockId gas, RuleReport& report);
   void view(const Cells& cells, PageId p, BlockId gas);
@@ -98,9 +99,9 @@ class Gas final : public Rule {
   std::atomic<int64_t> lost_heat_{0};  // units that 32 bits didn't hold
 };
 
-void Gas::follow(const Cells& cells) {
+void Gas::follow(const Cells& cells, double rest_k) {
   const world::BlockPalette& palette = cells.palette();
-  if (!thermal_) thermal_ = std::make_unique<ThermalTraits>(palette, std::vector<Reaction>{});
+  if (!thermal_) thermal_ = std::make_unique<ThermalTraits>(palette, std::vector<Reaction>{}, rest_k);
   thermal_->follow();
   const auto& thins = standard_reactions().thins_out_per_s;
   const double air = palette[world::kAir].density.value;
@@ -291,6 +292,11 @@ void Gas::flow_of(Cells& cells, BlockId gas, RuleReport& report) {
   std::atomic<int64_t> lost{0};
   each(0, [&](PageId p, GasPage& page) {
     if (page.warms) {
+      const int32_t* before = cells.find_heats(p);
+      int64_t came = 0;
+      for (size_t i = 0; i < world::kLeafVoxels; ++i) came += int64_t{(*page.heats)[i]} - (before ? before[i] : 0);
+      // What gases are born with goes with their amounts: of heats alone the sum is another.
+      if (came != 0) cells.book_heat(came);
       cells.swap_heats(p, page.heats);
       cells.stir_heat(p);
     }
@@ -319,7 +325,7 @@ RuleReport Gas::step(Cells& cells, const Tick& tick) {
   AwakeSet& set = cells.awake(rule_);
   set.begin();
   if (set.now().empty()) return report;
-  follow(cells);
+  follow(cells, tick.options->rest_k);
   met_.clear();
   for (size_t id = 0; id < blocks_.roles.size(); ++id)
     if (const auto block = static_cast<BlockId>(id); role(block) != FluidRole::other && cells.met(block))

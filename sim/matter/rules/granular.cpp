@@ -74,14 +74,18 @@ class Granular final : public Rule {
   std::vector<std::vector<CellSwap>> cell_swaps_;  // the same where pages hold more than ids
 };
 
-/// Whether bits say all of what happens in the page: it has no ids to keep right, and nothing but one kind of grain may
-/// meet in it. `kind`: that kind.
+/// Whether bits say all of what happens in the page: it has no ids to keep right, nothing but one kind of grain may
+/// meet in it, and there is no heat that would have to move along. `kind`: that kind.
 bool Granular::is_plain(const Cells& cells, PageId p, BlockId& kind) {
   constexpr size_t kFaces[6] = {
       kAbove, kBelow, around_index(1, 0, 0), around_index(-1, 0, 0), around_index(0, 0, 1), around_index(0, 0, -1)};
   const Cells::Tag own = cells.tag(p);
   BlockId all = own.kind;
   bool rich = own.has_blocks;
+  if (cells.met_heat()) {
+    rich |= cells.find_heats(p) != nullptr;
+    for (const size_t i : kFaces) rich |= cells.find_heats(cells.around(p)[i]) != nullptr;
+  }
   const std::array<PageId, 27>& around = cells.around(p);
   for (const size_t i : kFaces) {
     const Cells::Tag other = cells.tag(around[i]);

@@ -353,7 +353,8 @@ void Heat::step_once(Cells& cells, const HeatStep& step, bool implicit, RuleRepo
 
 RuleReport Heat::step(Cells& cells, const Tick& tick) {
   RuleReport report;
-  if (!thermal_) thermal_ = std::make_unique<ThermalTraits>(cells.palette(), tick.options->reactions);
+  if (!thermal_)
+    thermal_ = std::make_unique<ThermalTraits>(cells.palette(), tick.options->reactions, tick.options->rest_k);
   thermal_->follow();
   const SimKnobs& knobs = tick.options->knobs;
   const auto plan = plan_heat(knobs, thermal_->largest_diffusivity());
@@ -382,7 +383,8 @@ RuleInfo heat_info() {
           .conserves = "energy",
           .layers = "blocks, heat",
           .calls = calls_for_heat,
-          .feels_heat = true};
+          .feels_heat = true,
+          .reacts = true};
 }
 std::unique_ptr<Rule> make_heat_rule(size_t rule) { return std::make_unique<Heat>(rule); }
 

@@ -308,7 +308,10 @@ void Reactions::watch(const Tick& tick, RuleReport& report) {
     if (busy >= 2 && moved * 8 <= gross)
       report.notes.push_back(fmt::format("reactions feed each other: {} in {} ticks", names, kWindow));
   }
-  if (lost_) report.notes.push_back(fmt::format("{} units of heat didn't fit into their voxels", lost_));
+  if (lost_)
+    report.notes.push_back(
+        fmt::format("{:.3g} MJ left with what was too little for a solid, beyond what solids brought",
+                    static_cast<double>(lost_) * kHeatUnitJ * 1e-6));
 }
 
 RuleReport Reactions::step(Cells& cells, const Tick& tick) {
@@ -316,7 +319,7 @@ RuleReport Reactions::step(Cells& cells, const Tick& tick) {
   set.begin();
   RuleReport report;
   if (!rows_) {
-    rows_ = std::make_unique<ReactionRows>(cells.palette(), tick.options->reactions);
+    rows_ = std::make_unique<ReactionRows>(cells.palette(), tick.options->reactions, tick.options->rest_k);
     loops_ = reaction_loops(rows_->sources());
     happened_.assign(rows_->rows().size(), 0);
   }
@@ -384,7 +387,8 @@ RuleInfo reactions_info() {
           .conserves = "energy, with the heat that rows say they free",
           .layers = "blocks, liquid, gas, heat",
           .calls = calls_for_heat,
-          .feels_heat = true};
+          .feels_heat = true,
+          .reacts = true};
 }
 std::unique_ptr<Rule> make_reactions_rule(size_t rule) { return std::make_unique<Reactions>(rule); }
 

@@ -98,6 +98,30 @@ TEST(ReactionRows, WhatIsWrongIsSaidWithItsPlace) {
             "test.toml:4");
 }
 
+TEST(ReactionRows, ExtremeRatesTemperaturesAndHeatsAreRefusedWithWhatIsAllowed) {
+  const auto refused = [](const char* key) {
+    return error_of(std::string("[[reaction]]\nwhat = \"x\"\nrow = \"ice -> water\"\n") + key + "\n");
+  };
+  const auto expect = [&](const char* key, const char* range) {
+    const std::string message = refused(key);
+    EXPECT_EQ(message.find("test.toml:4:"), 0u) << key << ": " << message;
+    EXPECT_NE(message.find(range), std::string::npos) << key << ": " << message;
+  };
+  for (const char* rate : {"rate = [0, 5]", "rate = [-1, 5]", "rate = [1, 1048577]", "rate = [1, 9223372036854775807]"})
+    expect(rate, "in [1, 1048576]");
+  for (const char* kelvin :
+       {"from_k = 0", "from_k = -1", "from_k = 6000.1", "from_k = inf", "to_k = nan", "to_k = 1e300"})
+    expect(kelvin, "in (0, 6000]");
+  for (const char* heat : {"heat_mj = 5001", "heat_mj = -1e18", "heat_mj = -inf", "heat_mj = nan"})
+    expect(heat, "in [-5000, 5000]");
+  for (const char* amounts : {"amounts = [-1, 0]", "amounts = [65536, 4096]"}) expect(amounts, "in [0, 65535]");
+  EXPECT_NE(error_of("born_k.ice = 1e9\n").find("in (0, 6000]"), std::string::npos);
+  EXPECT_NE(
+      error_of("[[fuel]]\nblocks = [\"oak_log\"]\nmj_per_kg = 201\nhours = 1\nleaves = \"ash\"\n").find("(0, 200]"),
+      std::string::npos);
+  EXPECT_EQ(refused("from_k = 6000"), "");
+}
+
 TEST(ReactionRows, UnbalancedRowsMustSayWhyAndBalancedOnesMustNot) {
   const auto checked = [](const char* text) {
     auto read = read_reactions(text, "test.toml");
@@ -115,6 +139,34 @@ TEST(ReactionRows, UnbalancedRowsMustSayWhyAndBalancedOnesMustNot) {
 }
 
 // ---- the rule ----------------------------------------------------------------------------------------------------
+
+TEST(Reactions, OfTooLittleFluidEnergyIsRightOnAverage) {
+  // A third of a voxel of lava on water: by chance a whole voxel of rock with the heat of all of its mass, or none,
+  // whose heat goes with it. Over many chances neither is lost.
+  ReactionRows rows(world::standard_blocks(), {});
+  const BlockId lava = world::standard_blocks().find("lava").value(),
+                water = world::standard_blocks().find("water").value();
+  for (const ReactionRow& row : rows.rows()) {
+    if (row.a != lava || row.b != water || world::standard_blocks()[row.c].phase != world::Phase::solid) continue;
+    const Cell a{.block = lava, .amount = kFullVoxel / 3, .heat = -100000000 / 3},
+        b{.block = water, .amount = kFullVoxel, .heat = 0};
+    double lost = 0, all = 0;
+    int solid = 0;
+    constexpr int kTimes = 20000;
+    for (int i = 0; i < kTimes; ++i) {
+      Cell c, d;
+      lost += static_cast<double>(rows.react(row, a, b, world::random_bits(5, i, 0, 0), c, d));
+      all += std::abs(static_cast<double>(rows.thermal().heat_at(lava, a.amount, row.at_k)) - a.heat);
+      solid += c.block == row.c;
+    }
+    EXPECT_GT(solid, kTimes / 5);
+    EXPECT_LT(solid, kTimes / 2);
+    // Three standard errors of a chance of a third: 3 sqrt(2 / kTimes) = 3 %.
+    EXPECT_LT(std::abs(lost), 0.03 * all);
+    return;
+  }
+  FAIL() << "no row of lava and water that makes a solid";
+}
 
 TEST(Reactions, IceMeltsOnlyOnceItHoldsTheHeatOfMelting) {
   World world = boxed(8, [](VoxelPos) { return "ice"; });
