@@ -54,6 +54,46 @@ void compare_leaves(const world::LeafBlocks& a, const world::LeafBlocks& b, cons
   }
 }
 
+/// A world without the layer has no values in it.
+template <class Grid>
+void compare_layer(const Grid* a, const Grid* b, std::string_view name, std::vector<LayerDifference>& out) {
+  std::vector<world::LeafPos> leaves = a ? a->leaves() : std::vector<world::LeafPos>{};
+  if (b) {
+    const std::vector<world::LeafPos> more = b->leaves();
+    leaves.insert(leaves.end(), more.begin(), more.end());
+  }
+  std::sort(leaves.begin(), leaves.end());
+  leaves.erase(std::unique(leaves.begin(), leaves.end()), leaves.end());
+  using Values = std::array<std::decay_t<decltype(a->get({}))>, world::kLeafVoxels>;
+  LayerDifference found{.layer = std::string(name), .differing = 0, .pos = {}, .a = {}, .b = {}};
+  Values in_a, in_b;
+  for (const world::LeafPos& l : leaves) {
+    world::LeafMask active_a, active_b;
+    if (!a || !a->read_leaf(l, in_a, active_a)) in_a = {}, active_a = {};
+    if (!b || !b->read_leaf(l, in_b, active_b)) in_b = {}, active_b = {};
+    for (int i = 0; i < world::kLeafVoxels; ++i) {
+      const auto n = static_cast<size_t>(i);
+      if (active_a.test(i) == active_b.test(i) && in_a[n] == in_b[n]) continue;
+      if (found.differing++ > 0) continue;
+      found.pos = world::voxel_from_leaf(l) + world::offset_in_leaf(i);
+      if (active_a.test(i)) found.a = static_cast<double>(in_a[n]);
+      if (active_b.test(i)) found.b = static_cast<double>(in_b[n]);
+    }
+  }
+  if (found.differing > 0) out.push_back(std::move(found));
+}
+
+void compare_layers(const world::Store& a, const world::Store& b, std::vector<LayerDifference>& out) {
+  for (const world::LayerRow& row : world::layer_rows()) {
+    const world::Layer layer = *world::layer_from_name(row.name);
+    if (layer == world::Layer::block) continue;
+    if (row.is_integer)
+      compare_layer(a.find_int_layer(layer), b.find_int_layer(layer), row.name, out);
+    else
+      compare_layer(a.find_layer(layer), b.find_layer(layer), row.name, out);
+  }
+}
+
 double value_of(const render::ErrorMetrics& metrics, const std::string& name) {
   const nlohmann::json value = metrics_json(metrics)[name];
   return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
@@ -138,6 +178,7 @@ WorldDifference compare_worlds(const world::World& a, const world::World& b, siz
       if (total.first.size() < list_at_most) total.first.push_back(std::move(d));
     }
   }
+  compare_layers(a.store, b.store, total.layers);
   return total;
 }
 
@@ -146,11 +187,21 @@ nlohmann::json difference_json(const WorldDifference& difference) {
   for (const VoxelDifference& d : difference.first) {
     first.push_back({{"position", {d.pos.x, d.pos.y, d.pos.z}}, {"a", d.a}, {"b", d.b}});
   }
+  nlohmann::json layers = nlohmann::json::array();
+  for (const LayerDifference& d : difference.layers) {
+    const auto value = [](const std::optional<double>& v) { return v ? nlohmann::json(*v) : nlohmann::json(nullptr); };
+    layers.push_back({{"layer", d.layer},
+                      {"differing", d.differing},
+                      {"position", {d.pos.x, d.pos.y, d.pos.z}},
+                      {"a", value(d.a)},
+                      {"b", value(d.b)}});
+  }
   return {{"equal", difference.equal()},
           {"differing", difference.differing},
           {"only_a", difference.only_a},
           {"only_b", difference.only_b},
-          {"first", first}};
+          {"first", first},
+          {"layers", layers}};
 }
 
 std::vector<std::string> failed_thresholds(const render::ErrorMetrics& metrics, const std::vector<Threshold>& asked) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,13 +43,23 @@ struct VoxelDifference {
   std::string a, b;  // names of blocks
 };
 
+/// One layer beside the blocks: amounts of liquid and gas, heat, ...
+struct LayerDifference {
+  std::string layer;
+  uint64_t differing = 0;  // voxels
+  // The first, by leaf and voxel; nothing where a world has no value there.
+  world::VoxelPos pos;
+  std::optional<double> a, b;
+};
+
 struct WorldDifference {
   uint64_t differing = 0, only_a = 0, only_b = 0;  // voxels; only_a: air in b
   std::vector<VoxelDifference> first;              // by region, leaf and voxel in the store's order
-  bool equal() const { return differing == 0; }
+  std::vector<LayerDifference> layers;             // those that differ
+  bool equal() const { return differing == 0 && layers.empty(); }
 };
 
-/// Blocks are compared by name, so palettes may differ.
+/// Blocks are compared by name, so palettes may differ; layers by their values, wherever either has one.
 WorldDifference compare_worlds(const world::World& a, const world::World& b, size_t list_at_most = 10);
 nlohmann::json difference_json(const WorldDifference& difference);
 

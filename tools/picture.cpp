@@ -7,6 +7,7 @@
 #include "commit.h"
 #include "render/image/display.h"
 #include "render/light_files.h"
+#include "tools/knob_settings.h"
 #include "world/scenes/effects.h"
 
 namespace tools {
@@ -14,15 +15,6 @@ namespace tools {
 using world::usage_error;
 
 namespace {
-
-world::Status set_all(render::RenderKnobs& knobs, const std::vector<std::string>& settings) {
-  for (const std::string& setting : settings) {
-    const size_t equals = setting.find('=');
-    if (equals == std::string::npos) return usage_error("--set takes KNOB=VALUE, not \"" + setting + "\"");
-    TRY_STATUS(render::render_knobs().set(knobs, setting.substr(0, equals), setting.substr(equals + 1)));
-  }
-  return {};
-}
 
 bool has_extension(const std::string& path, const char* extension) {
   std::string have = std::filesystem::path(path).extension().string();
@@ -49,8 +41,8 @@ world::Result<render::RenderKnobs> resolve_knobs(const std::string& accuracy,
     const world::Status set = render::render_knobs().set(knobs, name, value);
     if (!set.ok()) return world::input_error("the scene's knobs: " + set.error().message);
   }
-  TRY_STATUS(set_all(knobs, environment_settings));
-  TRY_STATUS(set_all(knobs, flag_settings));
+  TRY_STATUS(set_knobs(render::render_knobs(), knobs, environment_settings));
+  TRY_STATUS(set_knobs(render::render_knobs(), knobs, flag_settings));
   return knobs;
 }
 

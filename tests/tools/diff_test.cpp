@@ -207,5 +207,35 @@ TEST_F(Diff, WorldFilesCompareFromTheCommand) {
   EXPECT_EQ(run(path("a.loam") + " " + path("b.loam") + " --max-mse 1").code, 2);
 }
 
+TEST_F(Diff, LayersOfWorldsCompareVoxelByVoxel) {
+  world::World a(world::standard_blocks()), b(world::standard_blocks());
+  for (world::World* w : {&a, &b}) {
+    put(*w, {1, 2, 3}, "water"), put(*w, {9, 2, 3}, "water");
+    w->store.make_int_layer(world::Layer::liquid).set({1, 2, 3}, 100);
+    w->store.make_int_layer(world::Layer::heat).set({1, 2, 3}, 7);
+  }
+  EXPECT_TRUE(compare_worlds(a, b).equal());
+  b.store.make_int_layer(world::Layer::liquid).set({1, 2, 3}, 101);
+  b.store.make_int_layer(world::Layer::liquid).set({9, 2, 3}, 5);
+  a.store.make_int_layer(world::Layer::gas).set({4, 4, 4}, 0);  // 0 is a value, other than none
+  ASSERT_TRUE(world::write_world(a, path("a.loam")).ok());
+  ASSERT_TRUE(world::write_world(b, path("b.loam")).ok());
+  const Outcome outcome = run(path("a.loam") + " " + path("b.loam") + " --json");
+  EXPECT_EQ(outcome.code, 0) << outcome.error;
+  const nlohmann::json json = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(json["equal"], false);
+  EXPECT_EQ(json["differing"], 0);
+  ASSERT_EQ(json["layers"].size(), 2u);
+  EXPECT_EQ(json["layers"][0]["layer"], "liquid");
+  EXPECT_EQ(json["layers"][0]["differing"], 2);
+  EXPECT_EQ(json["layers"][0]["position"], (nlohmann::json{1, 2, 3}));
+  EXPECT_EQ(json["layers"][0]["a"], 100);
+  EXPECT_EQ(json["layers"][0]["b"], 101);
+  EXPECT_EQ(json["layers"][1]["layer"], "gas");
+  EXPECT_EQ(json["layers"][1]["a"], 0);
+  EXPECT_TRUE(json["layers"][1]["b"].is_null());
+  EXPECT_EQ(run(path("a.loam") + " " + path("b.loam") + " --equal").code, 1);
+}
+
 }  // namespace
 }  // namespace tools

@@ -4,7 +4,11 @@
 
 #include <fstream>
 
+#include <nlohmann/json.hpp>
+
 #include "tools/verb.h"
+#include "world/saves/save_file.h"
+#include "world/scenes/scene.h"
 
 namespace tools {
 namespace {
@@ -33,7 +37,8 @@ TEST_F(RecordingFile, ComesBackAsItWasWritten) {
   recording.scene = "dam";
   recording.seed = 7;
   recording.start = 100;
-  recording.marks = {{116, 0x1234}, {120, ~0ull}};
+  recording.saved = "dam.loam";
+  recording.marks = {{116, 0x1234}, {120, ~0ull, {{{-1, 0, 2}, 0x77}, {{0, 0, 0}, 0}}}};
   ASSERT_TRUE(write_recording(recording, path_).ok());
   const auto back = read_recording(path_);
   ASSERT_TRUE(back.ok());
@@ -42,6 +47,8 @@ TEST_F(RecordingFile, ComesBackAsItWasWritten) {
   ASSERT_EQ(back->marks.size(), 2u);
   EXPECT_EQ(back->marks[1].tick, 120u);
   EXPECT_EQ(back->marks[1].hash, ~0ull);
+  EXPECT_EQ(back->marks[1].regions, recording.marks[1].regions);
+  EXPECT_EQ(back->saved, "dam.loam");
 }
 
 TEST_F(RecordingFile, SaysInWhichLineItIsWrong) {
@@ -49,11 +56,67 @@ TEST_F(RecordingFile, SaysInWhichLineItIsWrong) {
                            "\n";
   EXPECT_NE(error_of("").find(":1:"), std::string::npos);
   EXPECT_NE(error_of("[1, 2").find(":1: expected one JSON object"), std::string::npos);
-  EXPECT_NE(error_of(R"({"loam_recording":2})").find("version 2"), std::string::npos);
+  EXPECT_NE(error_of(R"({"loam_recording":3})").find("version 3"), std::string::npos);
   EXPECT_NE(error_of(head + R"({"tick":16,"hash":"12"})").find(":2: expected \"hash\""), std::string::npos);
   EXPECT_NE(error_of(head + R"({"tick":17,"hash":"0000000000000000"})").find("expected a tick in (0, 16]"),
             std::string::npos);
-  EXPECT_EQ(error_of(head + R"({"tick":16,"hash":"0000000000000000"})"), "");
+  EXPECT_EQ(error_of(head + R"({"tick":16,"hash":"0000000000000000"})"), "") << "of version 1";
+  for (const char* regions : {R"([1])", R"({"0 0":"0000000000000000"})", R"({"0 0 0 0":"0000000000000000"})",
+                              R"({"0 0 0":"12"})", R"({"0 0 0":3})"})
+    EXPECT_NE(
+        error_of(head + R"({"tick":16,"hash":"0000000000000000","regions":)" + regions + "}").find(":2: expected"),
+        std::string::npos)
+        << regions;
+}
+
+TEST_F(RecordingFile, ARepetitionThatDiffersSaysWhenAndWhere) {
+  // What is repeated differs from what was recorded in one voxel, 3 regions from the origin, from tick 3 on.
+  const std::string saved = path_.string() + ".loam";
+  ASSERT_EQ(
+      run({"sim", "hourglass", "--ticks", "6", "--record", path_.string(), "--record-every", "1", "--save", saved}), 0);
+  auto recording = read_recording(path_);
+  ASSERT_TRUE(recording.ok());
+  ASSERT_EQ(recording->marks.size(), 6u);
+  EXPECT_EQ(recording->saved, saved);
+  ASSERT_FALSE(recording->marks[0].regions.empty());
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(run({"replay", path_.string(), "--json"}), 0);
+  EXPECT_EQ(nlohmann::json::parse(testing::internal::GetCapturedStdout())["equal"], true);
+
+  recording->marks[2].hash ^= 1;
+  const world::RegionPos where = recording->marks[0].regions.begin()->first;
+  recording->marks[2].regions[where] ^= 1;
+  ASSERT_TRUE(write_recording(*recording, path_).ok());
+  world::ImportReport report;
+  const auto scene = world::load_scene(saved);
+  ASSERT_TRUE(scene.ok());
+  auto world = world::build_world(*scene, report);
+  ASSERT_TRUE(world.ok());
+  world::EditBatch batch;
+  batch.set({390, 4, 5}, world->palette->find("granite").value());
+  ASSERT_TRUE(world->store.apply(batch).ok());
+  ASSERT_TRUE(world::write_world(*world, saved).ok());
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(run({"replay", path_.string(), "--json"}), 1);
+  const nlohmann::json json = nlohmann::json::parse(testing::internal::GetCapturedStdout());
+  EXPECT_EQ(json["same_until"], 2);
+  EXPECT_EQ(json["differs_by"], 3);
+  EXPECT_EQ(json["regions"], (nlohmann::json{{where.x, where.y, where.z}}));
+  EXPECT_EQ(json["at_the_end"]["differing"], 1);
+  EXPECT_EQ(json["at_the_end"]["first"][0]["position"], (nlohmann::json{390, 4, 5}));
+  std::filesystem::remove(saved);
+}
+
+TEST_F(RecordingFile, ARunThatIsResumedIsTheRunThatNeverStopped) {
+  const std::string whole = path_.string() + ".whole.loam", parts = path_.string() + ".parts.loam";
+  ASSERT_EQ(run({"sim", "lava_meets_sea", "--ticks", "24", "--save", whole}), 0);
+  for (const char* ticks : {"9", "17", "24", "24"})
+    ASSERT_EQ(run({"sim", "lava_meets_sea", "--ticks", ticks, "--resume", parts}), 0);
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(run({"diff", whole, parts, "--equal", "--json"}), 0);
+  EXPECT_EQ(nlohmann::json::parse(testing::internal::GetCapturedStdout())["equal"], true);
+  EXPECT_EQ(run({"sim", "dam", "--ticks", "3", "--resume", parts, "--save", whole}), 2);
+  std::filesystem::remove(whole), std::filesystem::remove(parts);
 }
 
 TEST_F(RecordingFile, AReplayIsEqualAndAChangedHashIsFound) {

@@ -77,6 +77,14 @@ void print_difference(const WorldDifference& difference) {
   for (const VoxelDifference& d : difference.first) {
     std::printf("  (%d, %d, %d) %s against %s\n", d.pos.x, d.pos.y, d.pos.z, d.a.c_str(), d.b.c_str());
   }
+  for (const LayerDifference& d : difference.layers) {
+    const auto value = [](const std::optional<double>& v) {
+      return v ? fmt::format("{}", *v) : std::string("nothing");
+    };
+    std::printf("%-20s %s voxels, first at (%d, %d, %d): %s against %s\n", d.layer.c_str(),
+                world::with_thousands(d.differing).c_str(), d.pos.x, d.pos.y, d.pos.z, value(d.a).c_str(),
+                value(d.b).c_str());
+  }
   std::printf("%-20s %s\n", "equal", difference.equal() ? "yes" : "no");
 }
 
@@ -95,7 +103,10 @@ world::Result<int> diff_worlds(const DiffOptions& options) {
   const WorldDifference difference = compare_worlds(a, b);
   std::vector<std::string> failed;
   if (options.equal && !difference.equal()) {
-    failed.push_back(fmt::format("{} differs from {} in {} voxels", options.a, options.b, difference.differing));
+    std::string layers;
+    for (const LayerDifference& d : difference.layers) layers += fmt::format(", and in {} of {}", d.layer, d.differing);
+    failed.push_back(
+        fmt::format("{} differs from {} in {} voxels{}", options.a, options.b, difference.differing, layers));
   }
   if (!options.json) print_difference(difference);
   return finish(difference_json(difference), options.json, failed);

@@ -1,20 +1,24 @@
 /// loam sim SCENE or WORLD: simulates without a picture, and says what moved, what it cost and whether the books agree.
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "sim/matter/matter.h"
+#include "sim/matter/thermal.h"
 #include "tools/interrupt.h"
 #include "tools/json_text.h"
+#include "tools/knob_settings.h"
 #include "tools/progress.h"
 #include "tools/recording.h"
 #include "tools/verb.h"
 #include "world/base/jobs.h"
 #include "world/base/text.h"
 #include "world/scenes/scene.h"
+#include "world/scenes/scene_reactions.h"
 
 namespace tools {
 
@@ -24,9 +28,9 @@ constexpr uint64_t kMostTicks = 1'000'000'000;
 constexpr const char* kTickKey = "simulated_ticks";  // in a world's metadata
 
 struct SimOptions {
-  std::string scene, save, until, record, accuracy;
+  std::string scene, save, resume, until, record, accuracy;
   std::vector<std::string> settings;
-  uint64_t ticks = 0, seed = 0;
+  uint64_t ticks = 0, seed = 0, record_every = 16;
   int threads = 0;
   bool json = false, has_seed = false, has_ticks = false;
 };
@@ -44,6 +48,9 @@ world::Status check_options(const SimOptions& options) {
     return world::usage_error("say how long: --ticks N, or --until settled, or both");
   if (options.ticks > kMostTicks)
     return world::usage_error(fmt::format("--ticks takes up to {}, not {}", kMostTicks, options.ticks));
+  if (options.record_every == 0) return world::usage_error("--record-every takes a number of ticks above 0");
+  if (!options.resume.empty() && !options.save.empty())
+    return world::usage_error("--resume FILE saves to that file: leave --save out");
   return {};
 }
 
@@ -61,7 +68,11 @@ nlohmann::json sim_json(sim::Matter& matter, const SimResult& result) {
   j["ledger"] = nlohmann::json::object();
   bool exact = true;
   for (const sim::LedgerRow& row : matter.ledger()) {
-    j["ledger"][row.substance] = {{"start", row.start}, {"now", row.now}, {"in", row.in}, {"out", row.out}};
+    const nlohmann::json numbers = {{"start", row.start}, {"now", row.now}, {"in", row.in}, {"out", row.out}};
+    if (row.is_heat)
+      j["heat"] = numbers;
+    else
+      j["ledger"][row.substance] = numbers;
     exact &= row.exact();
   }
   j["ledger_exact"] = exact;
@@ -77,6 +88,13 @@ nlohmann::json sim_json(sim::Matter& matter, const SimResult& result) {
                             {"bytes", effect.bytes},
                             {"notes", effect.notes}});
   return j;
+}
+
+/// A whole number of joules.
+std::string joules(int64_t units) {
+  const std::string digits =
+      world::with_thousands(static_cast<uint64_t>(std::abs(units) * static_cast<int64_t>(sim::kHeatUnitJ)));
+  return (units < 0 ? "-" : "") + digits;
 }
 
 void print_sim(const nlohmann::json& j) {
@@ -107,37 +125,37 @@ void print_sim(const nlohmann::json& j) {
   for (const auto& [name, row] : j["ledger"].items())
     std::printf("  %-18s %13.3f %13.3f %13.3f %13.3f\n", name.c_str(), m3(row["start"]), m3(row["in"]), m3(row["out"]),
                 m3(row["now"]));
+  if (!j.contains("heat")) return;
+  std::printf("\n  J, exact to 20 %20s %20s %20s %20s\n  %-14s", "start", "in", "out", "now", "heat");
+  for (const char* column : {"start", "in", "out", "now"})
+    std::printf(" %20s", joules(j["heat"][column].get<int64_t>()).c_str());
+  std::printf("\n");
 }
 
 world::Result<int> run_sim(const SimOptions& options) {
   TRY_STATUS(check_options(options));
   const world::ThreadLimit limit(options.threads);
-  TRY(const world::Scene scene, world::load_scene(options.scene));
+  std::error_code ignored;
+  const bool goes_on = !options.resume.empty() && std::filesystem::exists(options.resume, ignored);
+  TRY(const world::Scene scene, world::load_scene(goes_on ? options.resume : options.scene));
   world::ImportReport report;
   TRY(world::World world, world::build_world(scene, report));
+  TRY_STATUS(world::add_scene_reactions(goes_on ? options.resume : options.scene, world));
   for (const std::string& warning : report.warnings) std::fprintf(stderr, "%s\n", warning.c_str());
 
-  sim::MatterOptions matter_options;
-  matter_options.seed = options.has_seed ? options.seed : world.simulation.seed;
-  matter_options.effects = world.simulation.effects;
   TRY(const world::Accuracy accuracy, world::accuracy_from_name(options.accuracy));
-  matter_options.knobs = sim::sim_knobs().preset(accuracy);
-  for (const auto& [name, value] : world.simulation.knobs)
-    TRY_STATUS(sim::sim_knobs().set(matter_options.knobs, name, value));
-  for (const std::string& setting : options.settings) {
-    const size_t equals = setting.find('=');
-    if (equals == std::string::npos)
-      return world::usage_error("--set takes KNOB=VALUE, for instance liquid_model=levels, not \"" + setting + "\"");
-    const std::string name = setting.substr(0, equals), value = setting.substr(equals + 1);
-    TRY_STATUS(sim::sim_knobs().set(matter_options.knobs, name, value));
-    world.simulation.knobs[name] = value;  // a save goes on with it
-  }
+  TRY(sim::MatterOptions matter_options, sim::matter_options(world, accuracy));
+  if (options.has_seed) matter_options.seed = options.seed;
+  // A save goes on with what was set.
+  TRY_STATUS(set_knobs(sim::sim_knobs(), matter_options.knobs, options.settings, &world.simulation.knobs));
   if (const auto tick = world.metadata.find(kTickKey); tick != world.metadata.end())
     matter_options.tick = std::strtoull(tick->second.c_str(), nullptr, 10);
   sim::Matter matter(world, matter_options);
   TRY_STATUS(matter.begin());
 
-  const uint64_t most = options.has_ticks ? options.ticks : kMostTicks;
+  // With --resume they count from the world's first tick, however often it was stopped.
+  uint64_t most = options.has_ticks ? options.ticks : kMostTicks;
+  if (!options.resume.empty()) most -= std::min(most, matter.tick());
   SimResult result;
   StopOnInterrupt stop;
   Progress progress;
@@ -146,11 +164,18 @@ world::Result<int> run_sim(const SimOptions& options) {
   recording.scene = options.scene;
   recording.seed = matter_options.seed;
   recording.start = matter.tick();
+  recording.every = options.record_every;
+  recording.saved = options.save;
+  RegionHashes regions(world.store);
+  std::map<world::RegionPos, uint64_t> marked;
   for (const auto& row : sim::sim_knobs().rows()) recording.knobs[row.name] = row.get(matter_options.knobs);
   const auto mark = [&] {
     if (options.record.empty() || matter.tick() == recording.start) return;
-    if (recording.marks.empty() || recording.marks.back().tick != matter.tick())
-      recording.marks.push_back({matter.tick(), matter.state_hash()});
+    if (!recording.marks.empty() && recording.marks.back().tick == matter.tick()) return;
+    const uint64_t hash = matter.state_hash();
+    const std::map<world::RegionPos, uint64_t>& now = regions.update();
+    recording.marks.push_back({matter.tick(), hash, changed_regions(marked, now)});
+    marked = now;
   };
   while (result.ticks < most && !(result.interrupted = stop.asked())) {
     if (!options.until.empty() && matter.settled()) break;
@@ -167,8 +192,10 @@ world::Result<int> run_sim(const SimOptions& options) {
 
   const nlohmann::json j = sim_json(matter, result);
   if (!options.record.empty()) TRY_STATUS(write_recording(recording, options.record));
-  if (!options.save.empty() || result.interrupted) {
-    const std::string path = options.save.empty() ? scene.name + "-checkpoint.loam" : options.save;
+  if (!options.save.empty() || !options.resume.empty() || result.interrupted) {
+    const std::string path = !options.save.empty()     ? options.save
+                             : !options.resume.empty() ? options.resume
+                                                       : scene.name + "-checkpoint.loam";
     matter.save_state();
     world.metadata[kTickKey] = std::to_string(matter.tick());
     world.simulation.seed = matter_options.seed;
@@ -193,12 +220,15 @@ void add_sim_verb(Command& command) {
   verb->add_option("-t,--threads", options->threads, "threads (default: all)");
   CLI::Option* seed = verb->add_option("--seed", options->seed, "of all that is random (default: the scene's)");
   verb->add_option("--save", options->save, "write the world to this .loam file; `loam sim` goes on from it");
+  verb->add_option("--resume", options->resume,
+                   "a .loam file: goes on from it where it exists, up to --ticks in all, and saves to it");
   std::string knobs = "a knob, KNOB=VALUE:";
   for (const auto& row : sim::sim_knobs().rows()) knobs += "\n" + row.name + ": " + row.what;
   verb->add_option("--set", options->settings, knobs)->allow_extra_args(false);
   verb->add_option("--accuracy", options->accuracy, "fast, usual or exact: the knobs that --set doesn't name")
       ->default_val("usual");
   verb->add_option("--record", options->record, "write hashes of the state to this file, for `loam replay`");
+  verb->add_option("--record-every", options->record_every, "ticks from a hash to the next");
   verb->add_flag("--json", options->json, "one JSON object on stdout");
   command.action(verb, [options, ticks, seed]() -> world::Result<int> {
     options->has_ticks = ticks->count() > 0;
