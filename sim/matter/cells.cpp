@@ -290,9 +290,12 @@ void Cells::stir(PageId p, const LeafMask& changed) {
 
 void Cells::spread() {
   stirred_[kClosedPage] = 0;
+  spread_to_.clear();
+  for (AwakeSet& set : awake_)
+    if (set.is_called()) spread_to_.push_back(&set);
   for_each_set(stirred_, [&](PageId p) {
     stirred_[p] = 0;
-    for (AwakeSet& set : awake_) set.add(p);
+    for (AwakeSet* set : spread_to_) set->add(p);
   });
   for_each_set(heated_, [&](PageId p) {
     heated_[p] = 0;

@@ -73,6 +73,7 @@ class AwakeSet {
   }
   /// Nothing is ever added for a rule that isn't called for.
   void set_called(bool called) { called_ = called; }
+  bool is_called() const { return called_; }
   /// Takes out what `gone` says of a page.
   template <class Gone>
   void remove(Gone gone) {
@@ -284,6 +285,7 @@ class Cells {
   std::vector<std::unique_ptr<Heats>> heats_;
   std::vector<PageId> free_;
   std::vector<AwakeSet> awake_;
+  std::vector<AwakeSet*> spread_to_;  // those of rules that are called for
   void meet(world::BlockId id, Content content) {
     std::atomic_ref<uint8_t>(met_[id]).store(1, std::memory_order_relaxed);
     met_fluid_.store(true, std::memory_order_relaxed);
