@@ -119,7 +119,7 @@ class Rainfall final : public Rule {
 RuleInfo rainfall_info() {
   return {.name = "rainfall",
           .what = "a liquid comes down from the sky, as much as the scene says",
-          .conserves = "",
+          .conserves = "nothing: the liquid that it brings is booked",
           .layers = "blocks, liquid",
           .calls = [](const world::Block&) { return false; }};
 }
