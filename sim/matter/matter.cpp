@@ -121,6 +121,13 @@ void Matter::make_cells() {
 }
 
 world::Status Matter::begin() {
+  for (const std::string& effect : options_.effects) {
+    const std::vector<RuleRow>& rows = rule_rows();
+    if (std::any_of(rows.begin(), rows.end(), [&](const RuleRow& row) { return row.info.name == effect; })) continue;
+    std::string names;
+    for (const RuleRow& row : rows) names += (names.empty() ? "" : ", ") + std::string(row.info.name);
+    return world::input_error("[simulation] effects: there is no rule \"" + effect + "\"; there are " + names);
+  }
   for (const world::ParticleSource& source : options_.sources) {
     if (source.brings.empty()) continue;
     const auto block = world_.palette->find(source.brings);

@@ -215,6 +215,7 @@ void Liquid::flow_of(Cells& cells, Fluid& fluid, const Tick& tick, RuleReport& r
   if (tick.options->knobs.liquid_model == LiquidModel::waves) {
     roll(cells, fluid);
   } else {
+    if (!fluid.waves.empty()) fluid.waves = {};  // of a world that had them
     const Spread spread = spread_of(traits.density, traits.viscosity_pa_s, kTickSeconds, kFilm);
     const int passes = std::clamp(tick.options->knobs.liquid_passes, 1, kMostPasses);
     for (int pass = 0; pass < passes; ++pass)

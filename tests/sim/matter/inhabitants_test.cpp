@@ -166,6 +166,7 @@ TEST(Inhabitants, WhatCannotBeIsRefusedWithItsName) {
   };
   holds(error_of([](auto& s) { s.particles = {rain(8, 0)}, s.particles[0].kind = "rian"; }), "mean \"rain\"");
   holds(error_of([](auto& s) { s.particles = {rain(8, 10)}, s.particles[0].brings = "granite"; }), "granite");
+  holds(error_of([](auto& s) { s.effects = {"grwoth"}; }), "there is no rule \"grwoth\"");
   holds(error_of([](auto& s) { s.bodies = {{}}, s.bodies[0].name = "a", s.bodies[0].density_kg_per_m3 = -1; }),
         "[[body]] a");
   holds(error_of([](auto& s) { s.bodies = {{}}, s.state = {{"bodies", "0g"}}; }), "hexadecimal");

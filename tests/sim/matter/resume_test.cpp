@@ -70,6 +70,13 @@ TEST(ResumeWaves, WavesGoOn) {
   World second = reloaded(first);
   EXPECT_EQ(hash_after(second, 25, 0, false), saved) << "what was saved is what is loaded";
   EXPECT_EQ(hash_after(second, 25, 35, false), expected);
+  for (const char* text : {"1 2 3 0 5\n", "liquid watre\n", "liquid water\n1 2 3 0\n", "liquid water\n1 2 3 2 5\n",
+                           "liquid water\n1 2 3 0 0\n", "liquid water\n1 2 3 0 5 6\n", "liquid water\nx\n"}) {
+    World damaged = make();
+    damaged.simulation.state["liquid"] = text;
+    Matter matter(damaged, options_of(damaged, 1));
+    EXPECT_FALSE(matter.begin().ok()) << text;
+  }
   World finite = scene_world("dam");
   EXPECT_NE(hash_after(finite, 0, 60, false), expected) << "another model";
 }
