@@ -21,6 +21,9 @@ constexpr int kTileLeaves = 16;
 constexpr int kMostGiven = kFullVoxel;
 constexpr size_t kLeavesATask = 32;
 constexpr int kOrderBits = 22;
+constexpr size_t kTileSize = size_t{kTileLeaves} * kTileLeaves * kTileLeaves;
+constexpr size_t kMostBeyond = 1024;
+constexpr int kHighestBeyond = 60;  // leaves; heads are counted from 64 below the tile
 // Where tops lie: above the body, and beside it.
 constexpr world::Face kOpenFaces[] = {world::kFacePosY, world::kFaceNegX, world::kFacePosX, world::kFaceNegZ,
                                       world::kFacePosZ};
@@ -61,7 +64,8 @@ LiquidLevels::Leaf& LiquidLevels::leaf_at(Cells& cells, LeafPos low, size_t inde
   if (leaf.read == tile_) return leaf;
   leaf.read = tile_;
   leaf.moved = false;
-  leaf.page = cells.open(low + place_in_tile(index));
+  if (index < kTileSize) leaf.place = place_in_tile(index);
+  leaf.page = cells.open(low + leaf.place);
   leaf.masks = &masks_beside(cells, leaf.page);
   leaf.conduit = {};
   if (!leaf.masks->part.is_none()) {
@@ -77,6 +81,28 @@ LiquidLevels::Leaf& LiquidLevels::leaf_at(Cells& cells, LeafPos low, size_t inde
   return leaf;
 }
 
+/// kNoLeaf where it is neither of the tile nor was reached beyond it.
+size_t LiquidLevels::index_of(LeafPos place) const {
+  if (inside_tile(place)) return index_in_tile(place);
+  const auto found = beyond_.find(place);
+  return found == beyond_.end() ? world::kNoLeaf : found->second;
+}
+
+/// The next leaf of a flood. Out of the tile lead leaves that hold nothing but liquid and walls: pipes.
+size_t LiquidLevels::beside(size_t index, int face) {
+  const LeafPos next = leaves_[index].place + leaf_step(face);
+  const size_t known = index_of(next);
+  if (known != world::kNoLeaf) return known;
+  const LiquidMasks& masks = *leaves_[index].masks;
+  const bool is_pipe = !masks.full.is_all() && masks.air.is_none() && masks.part.is_none();
+  const bool in_reach = leaves_.size() < kTileSize + kMostBeyond && std::abs(next.y) < kHighestBeyond;
+  if (!(index >= kTileSize || is_pipe) || !in_reach) return world::kNoLeaf;
+  leaves_.emplace_back();  // there is room: no leaf moves
+  leaves_.back().place = next;
+  beyond_.emplace(next, leaves_.size() - 1);
+  return leaves_.size() - 1;
+}
+
 /// The body that holds seed_mask of a leaf of the tile.
 void LiquidLevels::flood(Cells& cells, LeafPos low, size_t start, const LeafMask& seed_mask) {
   body_.clear();
@@ -84,10 +110,7 @@ void LiquidLevels::flood(Cells& cells, LeafPos low, size_t start, const LeafMask
   front_.assign(1, {start, seed_mask});
   world::flood_leaves(
       front_, [&](size_t index) -> LeafMask& { return leaf_at(cells, low, index).left; },
-      [&](size_t index, int face) {
-        const LeafPos next = place_in_tile(index) + leaf_step(face);
-        return inside_tile(next) ? index_in_tile(next) : world::kNoLeaf;
-      },
+      [&](size_t index, int face) { return beside(index, face); },
       [&](size_t index, const LeafMask& fresh) {
         Leaf& leaf = leaves_[index];
         if (leaf.in_body != number_) {
@@ -100,10 +123,11 @@ void LiquidLevels::flood(Cells& cells, LeafPos low, size_t start, const LeafMask
       });
 }
 
-/// The voxels of a leaf of the tile that are full and of the body in hand.
-const LeafMask* LiquidLevels::full_of_body(LeafPos d) const {
-  if (!inside_tile(d)) return nullptr;
-  const Leaf& leaf = leaves_[index_in_tile(d)];
+/// The voxels of a leaf that are full and of the body in hand.
+const LeafMask* LiquidLevels::full_of_body(LeafPos place) const {
+  const size_t index = index_of(place);
+  if (index == world::kNoLeaf) return nullptr;
+  const Leaf& leaf = leaves_[index];
   return leaf.read == tile_ && leaf.in_body == number_ ? &leaf.full_body : nullptr;
 }
 
@@ -120,19 +144,19 @@ void LiquidLevels::tops_of_leaf(const Surface& in, LeafPos low, uint64_t salt, s
   for (const world::Face face : {world::kFaceNegX, world::kFacePosX, world::kFaceNegZ, world::kFacePosZ})
     beside = beside | near(face);
   beside = beside & surface;
-  if (inside_tile(in.place)) {
+  if (const size_t index = index_of(in.place); index != world::kNoLeaf) {
     // Conduits are parts of the body; where they aren't borne by it they take.
-    const Leaf& leaf = leaves_[index_in_tile(in.place)];
+    const Leaf& leaf = leaves_[index];
     if (leaf.read == tile_ && leaf.in_body == number_) beside = beside | (leaf.body & leaf.conduit);
   }
   beside = without(beside, on_body);
   const uint16_t* amounts = (*pages_)[in.page].own();
   const VoxelPos corner = world::voxel_from_leaf(low + in.place);
-  const int32_t height = in.place.y * world::kLeafSize;
+  const int32_t height = (in.place.y + 64) * world::kLeafSize;
   const auto add = [&](int index, unsigned beside_bit) {
     const VoxelPos o = world::offset_in_leaf(index), v = corner + o;
     const uint16_t amount = amounts[index];
-    const auto head = static_cast<uint32_t>((height + o.y + 1) * kFullVoxel + amount);
+    const auto head = static_cast<uint32_t>((height + o.y) * kFullVoxel + amount);
     const uint64_t place =
         static_cast<uint64_t>(v.x) << 42 ^ static_cast<uint64_t>(v.y) << 21 ^ static_cast<uint64_t>(v.z);
     const uint64_t order = world::hash_combine(salt, place);
@@ -151,7 +175,7 @@ void LiquidLevels::find_tops(Cells& cells, LeafPos low, uint64_t round, uint64_t
   for (const size_t index : body_) {
     Leaf& leaf = leaves_[index];
     leaf.full_body = leaf.body & leaf.masks->full;
-    surfaces_.push_back({leaf.page, place_in_tile(index)});
+    surfaces_.push_back({leaf.page, leaf.place});
   }
   const size_t own = surfaces_.size();
   for (size_t n = 0; n < own; ++n) {
@@ -184,7 +208,7 @@ void LiquidLevels::find_tops(Cells& cells, LeafPos low, uint64_t round, uint64_t
 
 /// By head, then by hash, then by place.
 void LiquidLevels::sort_tops(const Cells& cells) {
-  constexpr int kBits = 11, kDigits = (kOrderBits + 20 + kBits - 1) / kBits;  // heads within a tile have 20 bits
+  constexpr int kBits = 11, kDigits = (kOrderBits + 22 + kBits - 1) / kBits;  // heads have 22 bits
   constexpr uint32_t kRadix = 1u << kBits;
   scratch_.resize(tops_.size());
   std::array<std::array<uint32_t, kRadix>, kDigits> counts{};
@@ -301,12 +325,14 @@ const LiquidLevels::Result& LiquidLevels::level(Cells& cells, LiquidPages& pages
   by_tile_.clear();
   for (size_t n = 0; n < list.size(); ++n) by_tile_.emplace_back(tile_of(cells.pos(list[n])), n);
   std::sort(by_tile_.begin(), by_tile_.end());
-  leaves_.resize(size_t{kTileLeaves} * kTileLeaves * kTileLeaves);
+  leaves_.reserve(kTileSize + kMostBeyond);
   for (size_t begin = 0, end; begin < by_tile_.size(); begin = end) {
     const LeafPos tile = by_tile_[begin].first;
     for (end = begin; end < by_tile_.size() && by_tile_[end].first == tile;) ++end;
     const LeafPos low{tile.x * kTileLeaves - shift, tile.y * kTileLeaves - shift, tile.z * kTileLeaves - shift};
     ++tile_;
+    leaves_.resize(kTileSize);
+    beyond_.clear();
     for (size_t n = begin; n < end; ++n) {
       const size_t start = index_in_tile(cells.pos(list[by_tile_[n].second]) - low);
       for (;;) {

@@ -11,16 +11,21 @@
 /// that in the next: so the cost of a bucket poured into the sea is bounded, and levels still agree across tiles.
 ///
 /// cost   about 0.2 us a leaf of the body, and 30 ns for each of its tops
-/// error  bodies that are joined only by a full passage longer than a tile don't communicate; what lies open levels out
-///        across tiles over several rounds
+/// A passage that fills leaves no further than their walls is followed beyond the tile, and what lies at its other end:
+/// up to 1024 leaves, and half a kilometre up or down.
+///
+/// error  bodies that are joined by wide passages longer than a tile, full to the ceiling, don't communicate; what lies
+///        open levels out across tiles over several rounds
 /// source Blaise Pascal's law; the pairing is ours
 #pragma once
 
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "sim/matter/liquid_pages.h"
 #include "world/base/function_ref.h"
+#include "world/base/random.h"
 #include "world/store/leaf_flood.h"
 
 namespace sim {
@@ -41,7 +46,7 @@ class LiquidLevels {
   /// A voxel in which the surface of a body lies.
   struct Top {
     static constexpr unsigned kBeside = 1u << 15;  // of index: it lies beside the body, and only takes
-    uint64_t key;    // its head, above a voxel under the tile's floor in units of amount, then bits of a hash
+    uint64_t key;    // its head, above 512 voxels under the tile's floor in units of amount, then bits of a hash
     PageId page;     // of the voxel
     uint16_t index;  // in its leaf, and kBeside
     uint16_t amount;
@@ -50,6 +55,7 @@ class LiquidLevels {
     int head() const { return static_cast<int>(key >> 22); }
   };
   struct Leaf {
+    world::LeafPos place;  // in the tile, or beside it
     PageId page = kClosedPage;
     uint64_t read = 0;  // the tile, counted, for which it was read
     const LiquidMasks* masks = nullptr;
@@ -58,6 +64,9 @@ class LiquidLevels {
     world::LeafMask full_body;      // and full
     uint64_t in_body = 0;
     bool moved = false;  // something moved in a body that has a part of it
+  };
+  struct PlaceHash {
+    size_t operator()(const world::LeafPos& l) const { return world::random_bits(0, l.x, l.y, l.z); }
   };
   /// A leaf in which tops may lie, and its place in the tile, or beside it.
   struct Surface {
@@ -69,7 +78,9 @@ class LiquidLevels {
   Leaf& leaf_at(Cells& cells, world::LeafPos low, size_t index);
   void flood(Cells& cells, world::LeafPos low, size_t start, const world::LeafMask& seed_mask);
   void find_tops(Cells& cells, world::LeafPos low, uint64_t round, uint64_t seed);
-  const world::LeafMask* full_of_body(world::LeafPos d) const;
+  size_t index_of(world::LeafPos place) const;
+  size_t beside(size_t index, int face);
+  const world::LeafMask* full_of_body(world::LeafPos place) const;
   void tops_of_leaf(const Surface& in, world::LeafPos low, uint64_t salt, std::vector<Top>& tops) const;
   void sort_tops(const Cells& cells);
   bool level_body(const Cells& cells);
@@ -77,8 +88,9 @@ class LiquidLevels {
   void store_changes(Cells& cells);
 
   LiquidPages* pages_ = nullptr;
-  std::vector<Leaf> leaves_;  // of a tile, 16^3
-  std::vector<size_t> body_;  // indices in leaves_
+  std::vector<Leaf> leaves_;                                      // of a tile, 16^3, and those beyond it
+  std::unordered_map<world::LeafPos, size_t, PlaceHash> beyond_;  // their indices
+  std::vector<size_t> body_;                                      // indices in leaves_
   std::vector<Surface> surfaces_;
   std::vector<uint64_t> seen_;  // by page: the last body of which it is one
   world::LeafFront front_;
