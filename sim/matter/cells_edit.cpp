@@ -238,7 +238,9 @@ void Cells::load(RegionPos r, std::span<const uint8_t> also) {
 /// In regions that came, and in the leaves around: whatever waited at their border.
 void Cells::wake_arrived() {
   world::StoreReader reader(store_);
-  for (const auto& [r, also] : arrived_) {
+  for (const auto& arrived : arrived_) {
+    const world::RegionPos r = arrived.first;
+    const auto& also = arrived.second;
     const LeafPos first = world::leaf_from_region(r) - LeafPos{1, 1, 1};
     const LeafPos last = first + LeafPos{world::kRegionLeaves + 1, world::kRegionLeaves + 1, world::kRegionLeaves + 1};
     const auto inside = [&](LeafPos l) {

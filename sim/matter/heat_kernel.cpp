@@ -172,6 +172,11 @@ HeatResult result_of(const world::LeafMask& changed) {
   return result;
 }
 
+/// What isn't there is not asked for.
+HWY_INLINE void fetch(const int32_t* from, int offset) {
+  if (from) __builtin_prefetch(from + offset);
+}
+
 /// Every face once: what flows into one voxel flows out of the other.
 template <bool kOne, bool kLive>
 HWY_INLINE HeatResult conduct_page(const HeatSource& page, const HeatSource* sides, const HeatStep& step,
@@ -196,10 +201,10 @@ HWY_INLINE HeatResult conduct_page(const HeatSource& page, const HeatSource* sid
   alignas(64) int32_t along[64 * kPitch];
   static constexpr float kInner[8] = {1, 1, 1, 1, 1, 1, 1, 0};
   for (int row = 0; row < 64; ++row) {
-    if (row % 2 == 0) __builtin_prefetch(ahead.own + row * 8);
-    if (row % 16 == 0) __builtin_prefetch(ahead.low_x + 7 * 64 + row);
-    if (row % 16 == 1) __builtin_prefetch(ahead.high_x + row);
-    if (row % 8 == 0) __builtin_prefetch(ahead.high_y + row * 8);
+    if (row % 2 == 0) fetch(ahead.own, row * 8);
+    if (row % 16 == 0) fetch(ahead.low_x, 7 * 64 + row);
+    if (row % 16 == 1) fetch(ahead.high_x, row);
+    if (row % 8 == 0) fetch(ahead.high_y, row * 8);
     for (int z = 0; z < 8; z += kStep) {
       const int i = row * 8 + z;
       const V t = hn::Load(kRow, own.t + i);
@@ -223,7 +228,7 @@ HWY_INLINE HeatResult conduct_page(const HeatSource& page, const HeatSource* sid
     for (int y = 0; y < 8; ++y)
       for (int z = 0; z < 8; z += kStep) {
         const int row = x * 8 + y, i = row * 8 + z;
-        if (z == 0 && y % 2 == 0) __builtin_prefetch(ahead.into + i, 1);
+        if (z == 0 && y % 2 == 0 && ahead.into) __builtin_prefetch(ahead.into + i, 1);
         const V t = hn::Load(kRow, own.t + i);
         const I across_x = x == 7 ? hn::LoadU(kIntRow, side[1] + y * 8 + z)
                                   : faces.flow(t, hn::Load(kRow, own.t + i + 64), between(i, i + 64));

@@ -314,9 +314,10 @@ World random_world(const VoxelBox& box, uint64_t seed, float solid, float grain)
 TEST(Support, TheFloodFindsWhatUnionAndFindDoes) {
   const VoxelBox box{{-11, -5, -9}, {18, 20, 16}};
   size_t fallen_all = 0, standing_all = 0;
-  for (const auto& [solid, grain] : {std::pair{0.25f, 0.0f}, {0.32f, 0.1f}, {0.2f, 0.4f}, {0.6f, 0.1f}})
+  for (const auto& [of_solid, grain] : {std::pair{0.25f, 0.0f}, {0.32f, 0.1f}, {0.2f, 0.4f}, {0.6f, 0.1f}})
     for (uint64_t seed = 1; seed <= 6; ++seed)
       for (const uint64_t reach : {20, 300, 100000}) {
+        const float solid = of_solid;
         World world = random_world(box, seed, solid, grain);
         const int ground = -4;
         const MatterTraits traits(*world.palette);
