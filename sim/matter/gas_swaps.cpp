@@ -136,12 +136,6 @@ const std::vector<PageId>& GasSwaps::step(Cells& cells, const Tick& tick, std::s
       if (!fluids_[pages[n]].gas.is_none()) may_swap_[n] = find(cells, pages[n], tick, swaps_[n]);
     }
   });
-  changed_.resize(cells.page_limit());
-  touched_.clear();
-  const auto touch = [&](PageId p, int i) {
-    if (changed_[p].is_none()) touched_.push_back(p);
-    changed_[p].set(i);
-  };
   for (size_t n = 0; n < pages.size(); ++n) {
     if (may_swap_[n]) cells.awake(rule_).add(pages[n]);
     for (const Swap& s : swaps_[n]) {
@@ -149,17 +143,12 @@ const std::vector<PageId>& GasSwaps::step(Cells& cells, const Tick& tick, std::s
       cells.put(s.p, s.i, b);
       cells.put(s.q, s.j, a);
       if (a.heat != b.heat) cells.stir_heat(s.p), cells.stir_heat(s.q);
-      touch(s.p, s.i);
-      touch(s.q, s.j);
+      changed_.add(cells, s.p, s.i);
+      changed_.add(cells, s.q, s.j);
     }
   }
-  for (const PageId p : touched_) {
-    cells.open_around(p);
-    cells.stir(p, changed_[p]);
-    voxels_changed += static_cast<uint64_t>(changed_[p].count());
-    changed_[p] = {};
-  }
-  return touched_;
+  voxels_changed += changed_.stir(cells);
+  return changed_.stirred();
 }
 
 }  // namespace sim

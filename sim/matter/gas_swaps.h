@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "sim/matter/changed_voxels.h"
 #include "sim/matter/rule.h"
 
 namespace sim {
@@ -56,8 +57,7 @@ class GasSwaps {
   std::vector<PageId> stale_;             // those of which masks are to be made
   std::vector<std::vector<Swap>> swaps_;  // by page of the step
   std::vector<uint8_t> may_swap_;
-  std::vector<world::LeafMask> changed_;  // by page
-  std::vector<PageId> touched_;
+  ChangedVoxels changed_;
 };
 
 }  // namespace sim

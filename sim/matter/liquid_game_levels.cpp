@@ -97,9 +97,11 @@ GameLevelsReport spread_game_levels(Cells& cells, LiquidPages& pages, std::span<
   const size_t wet = list.size();
   if (wet == 0) return report;
   pages.view_across(cells, list);
-  for (size_t n = 0; n < wet; ++n)
-    for (const world::VoxelPos step : {world::VoxelPos{1, 0, 0}, {-1, 0, 0}, {0, 0, 1}, {0, 0, -1}, {0, -1, 0}})
-      list.push_back(cells.around(list[n])[static_cast<size_t>(around_index(step.x, step.y, step.z))]);
+  for (size_t n = 0; n < wet; ++n) {
+    const std::array<PageId, 27>& around = cells.around(list[n]);
+    for (const size_t side : kSidePage) list.push_back(around[side]);
+    list.push_back(around[kBelow]);
+  }
   std::sort(list.begin(), list.end());
   list.erase(std::unique(list.begin(), list.end()), list.end());
   std::erase(list, kClosedPage);

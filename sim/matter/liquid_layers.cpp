@@ -135,14 +135,9 @@ uint64_t LiquidLayers::exchange(Cells& cells, std::span<const PageId> pages, siz
     const Cell a = cells.cell(pair.a.page, pair.a.index), b = cells.cell(pair.b.page, pair.b.index);
     cells.put(pair.a.page, pair.a.index, b);
     cells.put(pair.b.page, pair.b.index, a);
-    for (const Place& at : {pair.a, pair.b}) {
-      cells.open_around(at.page);
-      world::LeafMask changed;
-      changed.set(at.index);
-      cells.stir(at.page, changed);
-    }
+    for (const Place& at : {pair.a, pair.b}) changed_.add(cells, at.page, at.index);
   }
-  return 2 * pairs_.size();
+  return changed_.stir(cells);
 }
 
 }  // namespace sim

@@ -14,7 +14,7 @@
 #include <span>
 #include <vector>
 
-#include "sim/matter/cells.h"
+#include "sim/matter/changed_voxels.h"
 
 namespace sim {
 
@@ -54,6 +54,7 @@ class LiquidLayers {
   std::vector<uint8_t> is_mixed_;  // by page
   std::vector<PageId> list_;
   std::vector<Pair> pairs_;
+  ChangedVoxels changed_;
 };
 
 }  // namespace sim

@@ -25,7 +25,6 @@
 
 #include "sim/matter/liquid_pages.h"
 #include "world/base/function_ref.h"
-#include "world/base/random.h"
 #include "world/store/leaf_flood.h"
 
 namespace sim {
@@ -65,9 +64,6 @@ class LiquidLevels {
     uint64_t in_body = 0;
     bool moved = false;  // something moved in a body that has a part of it
   };
-  struct PlaceHash {
-    size_t operator()(const world::LeafPos& l) const { return world::random_bits(0, l.x, l.y, l.z); }
-  };
   /// A leaf in which tops may lie, and its place in the tile, or beside it.
   struct Surface {
     PageId page;
@@ -88,9 +84,9 @@ class LiquidLevels {
   void store_changes(Cells& cells);
 
   LiquidPages* pages_ = nullptr;
-  std::vector<Leaf> leaves_;                                      // of a tile, 16^3, and those beyond it
-  std::unordered_map<world::LeafPos, size_t, PlaceHash> beyond_;  // their indices
-  std::vector<size_t> body_;                                      // indices in leaves_
+  std::vector<Leaf> leaves_;                                           // of a tile, 16^3, and those beyond it
+  std::unordered_map<world::LeafPos, size_t, world::PosHash> beyond_;  // their indices
+  std::vector<size_t> body_;                                           // indices in leaves_
   std::vector<Surface> surfaces_;
   std::vector<uint64_t> seen_;  // by page: the last body of which it is one
   world::LeafFront front_;

@@ -11,7 +11,10 @@ constexpr uint16_t kMost = kFullVoxel / 4 * 3;
 
 void LiquidPages::note_stale(const Cells& cells, PageId p) {
   if (!is_stale(cells, p)) return;
-  if (!pages_[p]) pages_[p] = std::make_unique<LiquidPage>();
+  if (!pages_[p]) {
+    pages_[p] = std::make_unique<LiquidPage>();
+    ++made_;
+  }
   // Noted once: what is viewed below is up to date from now on.
   pages_[p]->viewed = true;
   pages_[p]->content = cells.content_changes(p);
@@ -85,12 +88,6 @@ uint64_t LiquidPages::store(Cells& cells, PageId p) {
   cells.stir(p, moved);
   page.content = cells.content_changes(p);
   return static_cast<uint64_t>(moved.count());
-}
-
-size_t LiquidPages::bytes() const {
-  size_t bytes = pages_.capacity() * sizeof pages_[0];
-  for (const auto& page : pages_) bytes += page ? sizeof *page : 0;
-  return bytes;
 }
 
 }  // namespace sim

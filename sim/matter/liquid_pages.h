@@ -56,7 +56,7 @@ class LiquidPages {
   /// Writes a changed page's amounts to the cells, and stirs it. Returns the voxels that changed. From several threads,
   /// for different pages.
   uint64_t store(Cells& cells, PageId p);
-  size_t bytes() const;
+  size_t bytes() const { return pages_.capacity() * sizeof pages_[0] + made_ * sizeof(LiquidPage); }
 
  private:
   bool is_stale(const Cells& cells, PageId p) const {
@@ -67,6 +67,7 @@ class LiquidPages {
 
   world::BlockId liquid_;
   std::vector<std::unique_ptr<LiquidPage>> pages_;
+  size_t made_ = 0;  // of pages_
   std::vector<PageId> stale_;
   std::vector<uint8_t> has_stale_;
 };

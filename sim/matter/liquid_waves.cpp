@@ -297,7 +297,7 @@ void LiquidWaves::write(LiquidPages& pages) {
 }
 
 /// Velocities for the next tick, and which columns aren't calm.
-void LiquidWaves::keep(const Liquid&) {
+void LiquidWaves::keep() {
   velocities_.clear();
   std::vector<uint8_t> restless(blocks_.size(), 0);
   for (const Edge& e : edges_) {
@@ -337,7 +337,7 @@ void LiquidWaves::step(Cells& cells, LiquidPages& pages, std::span<const PageId>
   }
   find_depths();
   write(pages);
-  keep(liquid);
+  keep();
   for (const PageId p : wavy_) is_wavy_[p] = 1;
 }
 

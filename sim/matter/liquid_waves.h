@@ -101,7 +101,7 @@ class LiquidWaves {
   void accelerate(Edge& e, double dt, const Liquid& liquid);
   void flow(double dt, const Liquid& liquid);
   void write(LiquidPages& pages);
-  void keep(const Liquid& liquid);
+  void keep();
   void set(LiquidPages& pages, const Well& w, int32_t y, int amount);
 
   std::unordered_map<Key, int32_t, KeyHash> velocities_;  // not 0; v: the lowest voxel of the edge, on the side of a

@@ -14,6 +14,7 @@
 #include <cmath>
 #include <memory>
 
+#include "sim/matter/changed_voxels.h"
 #include "sim/matter/gas_kernel.h"
 #include "sim/matter/heat_plan.h"
 #include "sim/matter/matter.h"
@@ -63,11 +64,6 @@ class Evaporation final : public Rule {
   /// Returns whether the page has a surface.
   bool find(const Cells& cells, PageId p, const Tick& tick, std::vector<Vapour>& out) const;
   void apply(Cells& cells, PageId p, const Vapour& vapour);
-  void touch(const Cells& cells, PageId p, int index) {
-    changed_.resize(cells.page_limit());
-    if (changed_[p].is_none()) touched_.push_back(p);
-    changed_[p].set(index);
-  }
   /// Beyond air at rest, in units of heat.
   double energy(const Cell& cell) const {
     const int amount = cell.block == world::kAir ? 0 : cell.amount;
@@ -78,10 +74,10 @@ class Evaporation final : public Rule {
   const size_t rule_;  // its awake set
   std::unique_ptr<ThermalTraits> thermal_;
   std::vector<Row> rows_;
-  std::vector<PageId> looked_, touched_;
+  std::vector<PageId> looked_;
   std::vector<uint8_t> may_;
   std::vector<std::vector<Vapour>> vapours_;  // by looked_
-  std::vector<LeafMask> changed_;             // by page
+  ChangedVoxels changed_;
 };
 
 void Evaporation::read_rows(const Cells& cells, const Tick& tick) {
@@ -150,14 +146,14 @@ void Evaporation::apply(Cells& cells, PageId p, const Vapour& vapour) {
     cells.book_heat(int64_t{liquid.heat} - before);
     cells.transmute(q, j, gas);
     cells.stir_heat(p), cells.stir_heat(q);
-    touch(cells, q, j);
+    changed_.add(cells, q, j);
   }
   cells.book(row.liquid, -goes);
   liquid.amount = static_cast<uint16_t>(liquid.amount - goes);
   // What was in it stays in the air.
   if (liquid.amount == 0) liquid.block = world::kAir;
   cells.put(p, i, liquid);
-  touch(cells, p, i);
+  changed_.add(cells, p, i);
 }
 
 RuleReport Evaporation::step(Cells& cells, const Tick& tick) {
@@ -191,13 +187,7 @@ RuleReport Evaporation::step(Cells& cells, const Tick& tick) {
     if (may_[n]) set.add(looked_[n]);
     for (const Vapour& vapour : vapours_[n]) apply(cells, looked_[n], vapour);
   }
-  for (const PageId p : touched_) {
-    cells.open_around(p);
-    cells.stir(p, changed_[p]);
-    report.voxels_changed += static_cast<uint64_t>(changed_[p].count());
-    changed_[p] = {};
-  }
-  touched_.clear();
+  report.voxels_changed += changed_.stir(cells);
   cells.spread();
   report.leaves_visited = looked_.size();
   return report;

@@ -19,6 +19,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "sim/matter/changed_voxels.h"
 #include "sim/matter/matter.h"
 #include "sim/matter/plants.h"
 #include "sim/matter/sides.h"
@@ -97,8 +98,7 @@ class Growth final : public Rule {
   std::vector<PageId> list_, looked_, stale_;
   std::vector<std::vector<Drawn>> drawn_;  // by looked_
   std::vector<uint8_t> may_;
-  std::vector<PageId> touched_;
-  std::vector<LeafMask> changed_;  // by page
+  ChangedVoxels changed_;
 };
 
 /// Wakes what may grow.
@@ -276,11 +276,9 @@ void Growth::set(Cells& cells, VoxelPos v, BlockId block) {
   if (!world::inside_world(v)) return;
   const PageId p = cells.open(world::leaf_from_voxel(v));
   if (p == kClosedPage) return;
-  changed_.resize(cells.page_limit());
   const int i = world::index_in_leaf(v);
   cells.transmute(p, i, {.block = block, .heat = cells.cell(p, i).heat});
-  if (changed_[p].is_none()) touched_.push_back(p);
-  changed_[p].set(i);
+  changed_.add(cells, p, i);
 }
 
 /// A step of a tree: a log where the tip was, leaves around it, and the tip above; at the end, leaves.
@@ -393,13 +391,7 @@ RuleReport Growth::step(Cells& cells, const Tick& tick) {
   }
   std::sort(all.begin(), all.end(), [](const Drawn& a, const Drawn& b) { return a.hash < b.hash; });
   for (const Drawn& drawn : all) apply(cells, drawn, tick);
-  for (const PageId p : touched_) {
-    cells.open_around(p);
-    cells.stir(p, changed_[p]);
-    report.voxels_changed += static_cast<uint64_t>(changed_[p].count());
-    changed_[p] = {};
-  }
-  touched_.clear();
+  report.voxels_changed += changed_.stir(cells);
   cells.spread();
   report.leaves_visited = looked_.size();
   report.bytes = pages_.capacity() * sizeof(PlantPage);
