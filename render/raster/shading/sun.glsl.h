@@ -1,0 +1,20 @@
+// How much of the sun arrives at a point of a face.
+#ifndef LOAM_RENDER_RASTER_SHADING_SUN_GLSL_H
+#define LOAM_RENDER_RASTER_SHADING_SUN_GLSL_H
+#include "render/light/sun_map.shared.h"
+#include "render/raster/shading/grid.glsl.h"
+
+layout(binding = kBindSunMap, std430) readonly buffer SunMap { float sun_map[]; };
+
+/// SunMap::lit()
+float sun_map_at(const ivec3 voxel, const vec3 fraction, const uint axis) {
+  const SunMapFrame frame = SunMapFrame(picture.map_u, picture.map_v, picture.map_w, picture.map_low, picture.map_size);
+  const vec3 place = sun_map_place(frame, vec3(voxel - frame.low.xyz) + fraction);
+  const vec2 at = place.xy - 0.5;
+  if (!(at.x >= 0.0 && at.y >= 0.0 && at.x < float(frame.size.x - 1) && at.y < float(frame.size.y - 1))) return 1.0;
+  const uint first = uint(at.y) * uint(frame.size.x) + uint(at.x), next = first + uint(frame.size.x);
+  const vec4 depths = vec4(sun_map[first], sun_map[first + 1u], sun_map[next], sun_map[next + 1u]);
+  return sun_map_lit(depths, fract(at), place.z - sun_map_bias(frame.w.w, abs(picture.sun[axis])));
+}
+
+#endif
