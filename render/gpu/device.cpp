@@ -227,13 +227,20 @@ std::vector<std::string> Device::messages() const {
 }
 
 world::Status Device::run(const std::function<void(VkCommandBuffer)>& record) {
+  return run_checked([&](VkCommandBuffer commands) -> world::Status {
+    record(commands);
+    return {};
+  });
+}
+
+world::Status Device::run_checked(const std::function<world::Status(VkCommandBuffer)>& record) {
   const auto checked = [&]() -> world::Status {
     if (lost_) return vulkan_error("an earlier submission", VK_ERROR_DEVICE_LOST);
     VK_CHECK(vkResetCommandPool(device_, pool_, 0));
     auto begin = vk_info<VkCommandBufferBeginInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO);
     begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
     VK_CHECK(vkBeginCommandBuffer(commands_, &begin));
-    record(commands_);
+    TRY_STATUS(record(commands_));
     VK_CHECK(vkEndCommandBuffer(commands_));
 
     auto buffer = vk_info<VkCommandBufferSubmitInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO);

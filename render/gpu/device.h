@@ -44,6 +44,8 @@ class Device {
 
   /// Records commands, submits them and waits; on a lost device the error says so and everything later fails too.
   world::Status run(const std::function<void(VkCommandBuffer)>& record);
+  /// The same; nothing is submitted where recording fails.
+  world::Status run_checked(const std::function<world::Status(VkCommandBuffer)>& record);
   bool lost() const { return lost_; }
 
   /// Destroys a handle, or frees memory, once the work submitted so far has finished.

@@ -1,48 +1,59 @@
-/// The rasterizer's pipelines and their variants, and the one descriptor layout that all share.
+/// Makes pipelines from compiled shaders. Bindings are read from the SPIR-V: each pipeline's layout holds those that
+/// its shaders declare, in descriptor set 0, and 128 bytes of push constants.
 #pragma once
 
-#include <map>
 #include <span>
 
 #include "render/gpu/owned.h"
-#include "render/light/surface_light.h"
-#include "render/raster/raster.shared.h"
+#include "render/gpu/spirv.h"
 
 namespace render::raster {
 
-constexpr VkFormat kSeenFormat = VK_FORMAT_R32G32_UINT;
-constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
-
-/// What the shading pass is compiled for: what a picture doesn't ask for isn't in it.
-struct ShadeVariant {
-  SunShadow sun_shadow = SunShadow::none;
-  SurfaceLight::Kind light = SurfaceLight::Kind::none;
-  LightInterpolation interpolation = LightInterpolation::face;
-  bool corner_occlusion = false;
-  friend auto operator<=>(const ShadeVariant&, const ShadeVariant&) = default;
+/// A specialisation constant of 32 bits; bools are 0 and 1.
+struct Constant {
+  uint32_t id, value;
 };
 
-class Pipelines {
- public:
-  world::Status open(gpu::Device& device);
+struct Pipeline {
+  gpu::Owned<VkDescriptorSetLayout> set_layout;
+  gpu::Owned<VkPipelineLayout> layout;
+  gpu::Owned<VkPipeline> handle;
+  VkPipelineBindPoint bind_point = VK_PIPELINE_BIND_POINT_COMPUTE;
+  std::vector<gpu::ShaderBinding> bindings;
 
-  /// Variants are made on first use.
-  world::Result<VkPipeline> faces(FaceEdges edges);
-  world::Result<VkPipeline> shade(const ShadeVariant& variant);
-  VkPipeline depth_tiles() const { return depth_tiles_; }
-  VkPipeline occlusion() const { return occlusion_; }
-  VkPipelineLayout layout() const { return layout_; }
-  VkDescriptorSetLayout set_layout() const { return set_layout_; }
+  explicit operator bool() const { return handle != VK_NULL_HANDLE; }
+  /// For all stages of the pipeline, from byte 0.
+  template <class T>
+  void push(VkCommandBuffer commands, const T& constants) const {
+    static_assert(sizeof(T) <= kPushBytes && sizeof(T) % 4 == 0);
+    vkCmdPushConstants(commands, layout, stages(), 0, sizeof(T), &constants);
+  }
+  static constexpr uint32_t kPushBytes = 128;  // what every device has
 
- private:
-  world::Result<gpu::Owned<VkPipeline>> compute(std::span<const uint32_t> code, const ShadeVariant& variant);
-
-  gpu::Device* device_ = nullptr;
-  gpu::Owned<VkDescriptorSetLayout> set_layout_;
-  gpu::Owned<VkPipelineLayout> layout_;
-  std::map<FaceEdges, gpu::Owned<VkPipeline>> faces_;
-  std::map<ShadeVariant, gpu::Owned<VkPipeline>> shade_;
-  gpu::Owned<VkPipeline> depth_tiles_, occlusion_;
+  VkShaderStageFlags stages() const {
+    return bind_point == VK_PIPELINE_BIND_POINT_COMPUTE
+               ? VkShaderStageFlags{VK_SHADER_STAGE_COMPUTE_BIT}
+               : VkShaderStageFlags{VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT};
+  }
 };
+
+/// Of a graphics pipeline; viewport and scissor are dynamic, no vertex attributes, dynamic rendering.
+struct GraphicsState {
+  VkPrimitiveTopology topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
+  std::vector<VkFormat> colour{};
+  std::vector<VkPipelineColorBlendAttachmentState> blend{};  // by colour target; empty: all are written, none blends
+  VkFormat depth = VK_FORMAT_UNDEFINED, stencil = VK_FORMAT_UNDEFINED;
+  bool depth_test = true, depth_write = true;
+  VkCompareOp depth_compare = VK_COMPARE_OP_GREATER;  // reversed: 1 at the near plane, 0 at infinity
+  bool stencil_test = false;
+  VkStencilOpState stencil_op{};  // both sides
+  VkCullModeFlags cull = VK_CULL_MODE_NONE;
+};
+
+world::Result<Pipeline> make_compute(gpu::Device& device, std::span<const uint32_t> code,
+                                     std::span<const Constant> constants = {});
+world::Result<Pipeline> make_graphics(gpu::Device& device, std::span<const uint32_t> vertex,
+                                      std::span<const uint32_t> fragment, const GraphicsState& state,
+                                      std::span<const Constant> constants = {});
 
 }  // namespace render::raster

@@ -102,7 +102,7 @@ class Raster : public RasterBackend {
     const double upload_ms = ms_since(upload_start);
     const Shading shading(view.environment(), view.palette());
     const double near = near_plane(view, camera, PixelRays(camera, width, height));
-    TRY(Frame frame, rasterizer_->draw(camera, view.environment(), shading, light_.kind(), knobs, near, width, height));
+    TRY(Frame frame, rasterizer_->draw(view, camera, shading, light_.kind(), knobs, near, width, height));
     frame.report.passes.insert(frame.report.passes.begin(),
                                {{"extract", extract_ms, 0, 0}, {"upload", upload_ms, 0, bytes}});
     frame.report.ms = ms_since(start);

@@ -10,6 +10,8 @@ namespace render::raster {
 using glsl::ivec4, glsl::uint, glsl::vec4;
 #endif
 
+// Numbers of bindings, one for each buffer and image of the whole backend. A shader declares those that it uses, and
+// its pipeline's layout is read from it; so numbers may have gaps. 0..31 geometry and its shading.
 SHARED_CONST uint kBindPicture = 0;    // uniform PictureConstants
 SHARED_CONST uint kBindFaces = 1;      // uvec2[]  face records
 SHARED_CONST uint kBindChunks = 2;     // ivec4[]  corner of each chunk, relative to the camera's voxel
@@ -19,20 +21,20 @@ SHARED_CONST uint kBindRadiance = 5;   // float[3 * pixels]
 SHARED_CONST uint kBindRegions = 6;    // ivec4[]  shadow grid: hash table, region position and place + 1; 0: free
 SHARED_CONST uint kBindGroups = 7;     // uint[]   shadow grid: kGroupWords a group of 4^3 leaves, 64 groups a region
 SHARED_CONST uint kBindMasks = 8;      // uint[]   shadow grid: 16 words a mixed leaf
-SHARED_CONST uint kBindDepth = 9;      // texture  depth of the first pass
+SHARED_CONST uint kBindDepth = 9;      // texture  depth of what is drawn so far
 SHARED_CONST uint kBindTiles = 10;     // float[]  farthest depth of each tile of pixels
 SHARED_CONST uint kBindCandidates =
-    11;                             // ivec4[2n] box of each cluster relative to the camera's voxel; w of the first: its
-                                    //          place in `draws`, or -1 where it is drawn already
-SHARED_CONST uint kBindDraws = 12;  // uint[]   indirect draws
+    11;                               // ivec4[2n] box of each cluster relative to the camera's voxel; w of the first:
+                                      //          its place in `draws`, or -1 where it is drawn already
+SHARED_CONST uint kBindDraws = 12;    // uint[]   indirect draws
 SHARED_CONST uint kBindVisible = 13;  // uint[]   1 for each candidate that may be seen
-SHARED_CONST uint kBindLightRegions =
-    14;                                   // ivec4[]  light on faces: hash table, region position and place + 1; 0: free
-SHARED_CONST uint kBindLightLeafOf = 15;  // uint[]   4096 a region: 1 + place of the leaf's record; 0: no visible face
-SHARED_CONST uint kBindLightLeaves = 16;  // uint[]   kLightLeafWords a leaf, SurfaceLightLeaf
-SHARED_CONST uint kBindLightCodes = 17;   // uint[]   a visible face
-SHARED_CONST uint kBindSunMap = 18;       // float[]  depths of the sun's map, row by row
-SHARED_CONST uint kBindings = 19;
+SHARED_CONST uint kBindLightRegions = 14;  // ivec4[]  light on faces: hash table, as kBindRegions
+SHARED_CONST uint kBindLightLeafOf = 15;   // uint[]   4096 a region: 1 + place of the leaf's record; 0: no visible face
+SHARED_CONST uint kBindLightLeaves = 16;   // uint[]   kLightLeafWords a leaf, SurfaceLightLeaf
+SHARED_CONST uint kBindLightCodes = 17;    // uint[]   a visible face
+SHARED_CONST uint kBindSunMap = 18;        // float[]  depths of the sun's map, row by row
+SHARED_CONST uint kBindColour = 19;        // image    linear radiance: targets.colour
+// 32..63: light and sky. 64..95: transparency, water, reflections. 96..127: particles, the whole picture.
 
 SHARED_CONST uint kTilePixels = 8;  // a tile of the occlusion test is 8 x 8 pixels
 
@@ -51,6 +53,7 @@ SHARED_CONST uint kSpecSunShadow = 1;        // by order of SunShadow
 SHARED_CONST uint kSpecLight = 2;            // by order of SurfaceLight::Kind
 SHARED_CONST uint kSpecInterpolation = 3;    // kLightFace, kLightVertex, kLightLinear
 SHARED_CONST uint kSpecCornerOcclusion = 4;  // bool
+SHARED_CONST uint kSpecToImage = 5;          // bool: shading writes targets.colour, else the radiance buffer
 
 /// A record of SurfaceLightLeaf in words: 16 a direction of faces, 4 a direction of counts before slices, the first
 /// code.

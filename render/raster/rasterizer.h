@@ -1,18 +1,13 @@
-/// Draws extracted faces with Vulkan: one indirect draw a page of faces says which face each pixel sees, and one
-/// compute pass turns that into radiance. Knows nothing of the store; the backend in raster.h feeds it.
+/// Draws a world's visible faces with Vulkan, headless: keeps the device, the shared targets, what is bound and the
+/// order of the passes (pass.h); the passes do the rest. The backend in raster.h feeds it.
 #pragma once
 
 #include <memory>
 
-#include "render/backend.h"
-#include "render/gpu/owned.h"
-#include "render/raster/culling.h"
-#include "render/raster/face_pool.h"
-#include "render/raster/pipelines.h"
 #include "render/light/sun_map.h"
 #include "render/raster/light_grid.h"
+#include "render/raster/pass.h"
 #include "render/raster/shadow_grid.h"
-#include "render/shading.h"
 
 namespace render::raster {
 
@@ -25,7 +20,7 @@ class Rasterizer {
     return pool_.update(*device_, chunks);
   }
   /// near: view depth in metres closer than which nothing lies in the picture.
-  world::Result<Frame> draw(const Camera& camera, const world::Environment& environment, const Shading& shading,
+  world::Result<Frame> draw(const world::WorldView& view, const Camera& camera, const Shading& shading,
                             SurfaceLight::Kind light, const RenderKnobs& knobs, double near, int width, int height);
 
   /// Used where knobs.sun_shadow is ray, and for corner_occlusion.
@@ -40,26 +35,21 @@ class Rasterizer {
   FacePool& pool() { return pool_; }
 
  private:
-  struct Targets {
-    int width = 0, height = 0;
-    gpu::DeviceImage seen, depth;
-    gpu::Buffer radiance, tiles;
-    uint32_t band_rows = 0;  // rows whose radiance fits one storage buffer binding
+  struct Stage {                 // of pass_kinds(), in order
+    std::unique_ptr<Pass> pass;  // null until a picture calls for it
+    bool fits = false;           // made for the targets as they are
+    bool called_for = false;     // by the picture at hand
   };
   Rasterizer() = default;
   world::Status open(const gpu::DeviceOptions& options);
-  world::Status fit_targets(int width, int height);
-  world::Status fit_indices();
-  world::Status fill(gpu::Buffer& buffer, const void* data, size_t bytes, VkBufferUsageFlags usage,
-                     gpu::MemoryUse use = gpu::MemoryUse::upload);
-  world::Status write_sets();
-  void record(VkCommandBuffer commands, VkPipeline faces, VkPipeline shade);
-  void record_faces(VkCommandBuffer commands, VkPipeline faces, bool second);
-  void record_occlusion(VkCommandBuffer commands);
-  void record_shading(VkCommandBuffer commands, VkPipeline shade);
+  PassContext context() { return {*device_, bindings_, targets_, times_}; }
+  world::Status fit_targets(int width, int height, const TargetNeeds& needs);
+  world::Status bind_shared(const Drawing& drawing);
+  world::Status record(VkCommandBuffer commands, const Drawing& drawing);
+  void record_read_back(VkCommandBuffer commands);
+  void read_back(Image& image) const;
 
   std::unique_ptr<gpu::Device> device_;  // first member: dies last
-  Pipelines pipelines_;
   FacePool pool_;
   ShadowGrid shadow_grid_;
   LightGrid light_grid_;
@@ -67,13 +57,10 @@ class Rasterizer {
   shared::SunMapFrame sun_map_frame_{};
   uint64_t sun_map_version_ = 0;
   Targets targets_;
-  gpu::Owned<VkDescriptorPool> descriptors_;
-  uint32_t descriptor_sets_ = 0;
-  std::vector<VkDescriptorSet> page_sets_, band_sets_;
-  gpu::Owned<VkQueryPool> times_;
-  gpu::Buffer indices_, picture_, chunks_, draws_, materials_, candidates_, visible_;
-  uint32_t indexed_records_ = 0;
-  DrawList list_;
+  gpu::Buffer picture_, colour_copy_;
+  Bindings bindings_;
+  Timestamps times_;
+  std::vector<Stage> stages_;
 };
 
 }  // namespace render::raster

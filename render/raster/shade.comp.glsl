@@ -6,9 +6,11 @@
 #include "render/raster/shading/surface.glsl.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
+layout(constant_id = kSpecToImage) const bool kToImage = false;
 layout(binding = kBindSeen) uniform utexture2D seen_image;
 layout(push_constant) uniform Band { uint first_row; };  // the rows of this dispatch; `radiance` starts at them
 layout(binding = kBindRadiance, std430) writeonly buffer Radiance { float radiance[]; };
+layout(binding = kBindColour, rgba32f) writeonly uniform image2D colour_image;
 
 void main() {
   const uvec2 pixel = gl_GlobalInvocationID.xy + uvec2(0, first_row);
@@ -27,6 +29,10 @@ void main() {
     if (t <= picture.sun.w * inverse_length)
       colour = face_radiance(
           face_point(seen.x & 0xffffu, face, t * ray + picture.fraction.xyz, int(seen.y), -direction));
+  }
+  if (kToImage) {
+    imageStore(colour_image, ivec2(pixel), vec4(colour, 1));
+    return;
   }
   const uint at = 3u * (gl_GlobalInvocationID.y * width + pixel.x);
   radiance[at] = colour.r;

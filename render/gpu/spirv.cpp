@@ -1,0 +1,55 @@
+#include "render/gpu/spirv.h"
+
+#include <algorithm>
+#include <map>
+
+namespace render::gpu {
+
+namespace {
+
+enum Op : uint32_t {
+  kTypeImage = 25,
+  kTypeSampler = 26,
+  kTypeSampledImage = 27,
+  kTypePointer = 32,
+  kVariable = 59,
+  kDecorate = 71
+};
+enum StorageClass : uint32_t { kUniformConstant = 0, kUniform = 2, kStorageBuffer = 12 };
+constexpr uint32_t kDecorationBinding = 33;
+constexpr size_t kHeaderWords = 5;
+
+/// Types of images and samplers by the id of their type.
+VkDescriptorType image_type(uint32_t op, std::span<const uint32_t> words) {
+  if (op == kTypeSampler) return VK_DESCRIPTOR_TYPE_SAMPLER;
+  if (op == kTypeSampledImage) return VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
+  constexpr size_t kSampled = 7;  // word of OpTypeImage: 1 read with a sampler, 2 read and written without
+  return words[kSampled] == 2 ? VK_DESCRIPTOR_TYPE_STORAGE_IMAGE : VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE;
+}
+
+}  // namespace
+
+std::vector<ShaderBinding> shader_bindings(std::span<const uint32_t> spirv) {
+  std::map<uint32_t, uint32_t> binding_of, pointee_of;  // by id
+  std::map<uint32_t, VkDescriptorType> opaque_types;    // by id of a type
+  std::vector<ShaderBinding> found;
+  for (size_t at = kHeaderWords; at < spirv.size();) {
+    const uint32_t op = spirv[at] & 0xffff, count = spirv[at] >> 16;
+    const auto words = spirv.subspan(at, count);
+    if (op == kDecorate && words[2] == kDecorationBinding) binding_of[words[1]] = words[3];
+    if (op == kTypeImage || op == kTypeSampler || op == kTypeSampledImage)
+      opaque_types[words[1]] = image_type(op, words);
+    if (op == kTypePointer) pointee_of[words[1]] = words[3];
+    if (op == kVariable && binding_of.contains(words[2])) {
+      const uint32_t binding = binding_of[words[2]];
+      if (words[3] == kUniform) found.push_back({binding, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER});
+      if (words[3] == kStorageBuffer) found.push_back({binding, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER});
+      if (words[3] == kUniformConstant) found.push_back({binding, opaque_types.at(pointee_of.at(words[1]))});
+    }
+    at += count;
+  }
+  std::sort(found.begin(), found.end(), [](auto& a, auto& b) { return a.binding < b.binding; });
+  return found;
+}
+
+}  // namespace render::gpu

@@ -1,0 +1,47 @@
+/// What is bound to which number (raster.shared.h) while a picture is recorded, and the descriptor sets made of it. A
+/// set holds just the bindings that its pipeline declares, as they are at that moment.
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include "render/raster/pipelines.h"
+
+namespace render::raster {
+
+class Bindings {
+ public:
+  world::Status open(gpu::Device& device);
+  /// Before a picture is recorded: earlier sets go, what is bound stays until it is bound anew. The one who owns a
+  /// buffer or an image binds it in each picture that uses it.
+  world::Status begin_picture();
+
+  void bind(uint32_t binding, const gpu::Buffer& buffer, VkDeviceSize first = 0, VkDeviceSize bytes = VK_WHOLE_SIZE);
+  void bind(uint32_t binding, const gpu::DeviceImage& image, VkSampler sampler = VK_NULL_HANDLE);
+
+  /// Binds the pipeline and a set of what is bound now. A buffer or storage image that nobody has bound is an empty
+  /// one; any other image without a binding is a bug.
+  void use(VkCommandBuffer commands, const Pipeline& pipeline);
+  /// Of the sets made since begin_picture(); a picture with a failure must not be submitted.
+  const world::Status& status() const { return status_; }
+
+ private:
+  struct Bound {
+    VkDescriptorBufferInfo buffer{};
+    VkDescriptorImageInfo image{};
+    bool set = false;
+  };
+  world::Result<VkDescriptorSet> make_set(const Pipeline& pipeline);
+  world::Status add_pool();
+
+  gpu::Device* device_ = nullptr;
+  std::map<uint32_t, Bound> bound_;
+  Bound empty_;
+  gpu::Buffer no_buffer_;
+  gpu::DeviceImage no_image_;
+  std::vector<gpu::Owned<VkDescriptorPool>> pools_;
+  size_t pool_ = 0;  // the one in use; those before are full
+  world::Status status_;
+};
+
+}  // namespace render::raster

@@ -1,0 +1,34 @@
+/// Draws extracted faces: which face each pixel sees, and its depth. One indirect draw a run of clusters; what the last
+/// picture saw first, then what the depth of that leaves visible of the rest.
+#pragma once
+
+#include "render/raster/culling.h"
+#include "render/raster/face_pool.h"
+#include "render/raster/occlusion_test.h"
+#include "render/raster/pass.h"
+
+namespace render::raster {
+
+class FacesPass : public Pass {
+ public:
+  static PassKind kind();
+  world::Status open(PassContext& context) override;
+  world::Status fit(PassContext& context) override;
+  world::Status prepare(PassContext& context, const Drawing& drawing, FrameReport& report) override;
+  void record(VkCommandBuffer commands, PassContext& context, const Drawing& drawing) override;
+  world::Status finish(PassContext& context, FrameReport& report) override;
+
+ private:
+  world::Status fit_indices(PassContext& context, uint32_t largest);
+  void record_draws(VkCommandBuffer commands, PassContext& context, bool second);
+
+  std::map<FaceEdges, Pipeline> pipelines_;
+  const Pipeline* pipeline_ = nullptr;
+  OcclusionTest occlusion_;
+  FacePool* pool_ = nullptr;
+  gpu::Buffer indices_, chunks_, draws_;
+  uint32_t indexed_records_ = 0;
+  DrawList list_;
+};
+
+}  // namespace render::raster

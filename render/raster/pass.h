@@ -1,0 +1,120 @@
+/// A pass of the rasterizer: a class in its own file, made when the first picture calls for it. Rasterizer keeps the
+/// order (passes.cpp), the shared targets and what is bound; a pass keeps its own pipelines, buffers and images.
+///
+/// To add one: a row in passes.cpp, its .cpp and shaders beside it. Its bindings get numbers of its own in
+/// raster.shared.h; no layout is repeated in C++.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "render/backend.h"
+#include "render/light/surface_light.h"
+#include "render/raster/barriers.h"
+#include "render/raster/bindings.h"
+#include "render/raster/face_pool.h"
+#include "render/raster/raster.shared.h"
+#include "render/shading.h"
+
+namespace render::raster {
+
+constexpr VkFormat kSeenFormat = VK_FORMAT_R32G32_UINT;
+constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
+constexpr VkFormat kColourFormat = VK_FORMAT_R32G32B32A32_SFLOAT;
+
+/// What the passes called for beside seen, depth and the radiance that is read back.
+struct TargetNeeds {
+  bool colour = false;  // radiance as an image that later passes blend into, sample and replace
+};
+
+/// Shared images of one size, in VK_IMAGE_LAYOUT_GENERAL; what they hold doesn't outlive a picture.
+struct Targets {
+  int width = 0, height = 0;
+  gpu::DeviceImage seen;    // kSeenFormat: what each pixel sees, see raster.shared.h
+  gpu::DeviceImage depth;   // kDepthFormat, reversed: near plane / view depth, 0 where nothing is seen
+  gpu::DeviceImage colour;  // kColourFormat: linear radiance, a = 1; made where a pass needs it. Shading writes it, the
+                            // passes behind it change it, and at the end it is what is read back
+  gpu::Buffer radiance;     // float[3 * pixels], for the processor
+  uint32_t band_rows = 0;   // rows whose radiance fits one storage buffer binding
+  VkExtent2D extent() const { return seen.extent; }
+};
+
+/// One picture: what all passes read. The world may be read by any pass; what it derives it keeps and follows itself.
+struct Drawing {
+  const world::WorldView& view;
+  FacePool& faces;       // of the world; culling notes what is seen of it
+  const Camera& camera;  // off the planes of the grid
+  const PixelRays& rays;
+  const world::Environment& environment;
+  const Shading& shading;
+  const RenderKnobs& knobs;
+  SurfaceLight::Kind light;
+  double near;  // view depth in metres closer than which nothing lies in the picture
+  int width, height;
+};
+
+/// Times of a picture: a mark starts a row of the report, which ends at the next mark.
+class Timestamps {
+ public:
+  world::Status open(gpu::Device& device);
+  void begin(VkCommandBuffer commands);
+  void mark(VkCommandBuffer commands, const char* name);
+  void end(VkCommandBuffer commands);
+  /// Appends a row for each mark, with its time; what more a row says is for the passes.
+  world::Status report(FrameReport& report) const;
+
+ private:
+  static constexpr uint32_t kMost = 64;
+  gpu::Device* device_ = nullptr;
+  gpu::Owned<VkQueryPool> pool_;
+  std::vector<const char*> names_;
+};
+
+struct PassContext {
+  gpu::Device& device;
+  Bindings& bindings;
+  Targets& targets;
+  Timestamps& times;
+
+  /// Puts bytes into a buffer that grows where they don't fit. Without data it only grows.
+  world::Status fill(gpu::Buffer& buffer, const void* data, size_t bytes, VkBufferUsageFlags usage,
+                     gpu::MemoryUse use = gpu::MemoryUse::upload) const;
+};
+
+class Pass {
+ public:
+  virtual ~Pass() = default;
+  /// Once, before all else.
+  virtual world::Status open(PassContext&) { return {}; }
+  /// When the targets are new: images of the picture's size.
+  virtual world::Status fit(PassContext&) { return {}; }
+  /// Before anything of the picture is recorded: pipelines, buffers, what is bound. Adds rows for its work on the
+  /// processor where that is worth one.
+  virtual world::Status prepare(PassContext& context, const Drawing& drawing, FrameReport& report) = 0;
+  /// Rasterizer has marked the pass's name; further marks divide it. Barriers before what it reads of others are its
+  /// own.
+  virtual void record(VkCommandBuffer commands, PassContext& context, const Drawing& drawing) = 0;
+  /// Once the device is done: draws and bytes of its rows, and what it reads back.
+  virtual world::Status finish(PassContext&, FrameReport&) { return {}; }
+};
+
+/// The row that a mark or prepare() has made.
+PassReport& row_of(FrameReport& report, std::string_view name);
+
+struct PassKind {
+  const char* name;
+  /// Whether a picture calls for it; sets what it needs of the targets.
+  bool (*called_for)(const Drawing& drawing, TargetNeeds& needs);
+  std::unique_ptr<Pass> (*make)();
+};
+/// In the order in which they are recorded.
+std::span<const PassKind> pass_kinds();
+
+/// Sets viewport and scissor to the whole of the targets and begins rendering into `colour` views and depth (or null),
+/// loading what they hold, or clearing it to 0.
+void begin_rendering(VkCommandBuffer commands, const Targets& targets, std::span<const VkImageView> colour,
+                     VkImageView depth, bool clear);
+
+}  // namespace render::raster
