@@ -12,6 +12,7 @@ namespace render {
 enum class SunShadow { none, sky_light, map, ray };
 enum class LightInterpolation { face, vertex, linear };  // in the order of shared::kLight...
 using world::LightModel;
+enum class ProxyShapes { cube, billboard, mesh };
 enum class FaceEdges { hardware, exact };
 enum class ContourShape { off, planes, field };  // in the order of world::ContourShape
 enum class LightTransport { direct, ambient_occlusion, whitted, path, photons };
@@ -21,6 +22,7 @@ enum class GlossLobe { exact, published, fresnel };  // in the order of shared::
 constexpr auto knob_choices(SunShadow) { return std::array<std::string_view, 4>{"none", "sky_light", "map", "ray"}; }
 constexpr auto knob_choices(LightInterpolation) { return std::array<std::string_view, 3>{"face", "vertex", "linear"}; }
 constexpr auto knob_choices(FaceEdges) { return std::array<std::string_view, 2>{"hardware", "exact"}; }
+constexpr auto knob_choices(ProxyShapes) { return std::array<std::string_view, 3>{"cube", "billboard", "mesh"}; }
 constexpr auto knob_choices(LightTransport) {
   return std::array<std::string_view, 5>{"direct", "ambient_occlusion", "whitted", "path", "photons"};
 }

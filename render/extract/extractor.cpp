@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "render/extract/cavities.h"
+#include "render/extract/proxies.h"
 #include "world/base/jobs.h"
 
 namespace render {
@@ -17,8 +18,9 @@ Extractor::Extractor() = default;
 Extractor::~Extractor() = default;
 
 FaceSource Extractor::source(const WorldView& view) const {
-  return {&view.store(), &view.masks(MaskKind::occupied), &view.masks(MaskKind::opaque),
-          knobs_.sealed_cavities ? nullptr : &sealed_};
+  const MaskVolume& occupied = shapes ? shapes->cubes_occupied(view) : view.masks(MaskKind::occupied);
+  const MaskVolume& opaque = shapes ? shapes->cubes_opaque(view) : view.masks(MaskKind::opaque);
+  return {&view.store(), &occupied, &opaque, knobs_.sealed_cavities ? nullptr : &sealed_};
 }
 
 void Extractor::make_records(const Store& store, Chunk& chunk) const {
@@ -45,7 +47,7 @@ ExtractReport Extractor::report(uint64_t leaves_extracted, uint64_t chunks_merge
 
 ExtractReport Extractor::rebuild(const WorldView& view, const ExtractKnobs& knobs) {
   knobs_ = knobs;
-  sealed_ = knobs.sealed_cavities ? MaskVolume() : find_sealed_cavities(view.masks(MaskKind::opaque));
+  sealed_ = knobs.sealed_cavities ? MaskVolume() : find_sealed_cavities(*source(view).opaque);
   const FaceSource from = source(view);
   const std::vector<ChunkPos> positions = occupied_chunks(*from.occupied);
   std::vector<std::unique_ptr<Chunk>> made(positions.size());
@@ -56,6 +58,9 @@ ExtractReport Extractor::rebuild(const WorldView& view, const ExtractKnobs& knob
     for (size_t i = begin; i < end; ++i) {
       leaves[i] = extract_chunk_faces(from, &reader, positions[i], faces);
       if (faces.empty()) continue;
+      if (knobs.skirts)
+        for (size_t l = 0; l < faces.leaf.size(); ++l)
+          add_skirts(*from.opaque, leaf_in_chunk(positions[i], faces.leaf[l]), faces.faces[l]);
       made[i] = std::make_unique<Chunk>();
       made[i]->pos = positions[i];
       made[i]->origin = voxel_from_chunk(positions[i]);
@@ -129,7 +134,9 @@ ExtractReport Extractor::update(const WorldView& view, std::span<const LeafPos> 
     bool changed = false;
     for (size_t i = begins[c]; i < begins[c + 1]; ++i) {
       const int index = index_in_chunk(tasks[i].leaf);
-      changed |= chunk.by_leaf.set(index, extract_leaf_faces(from, &reader, tasks[i].leaf));
+      LeafFaces faces = extract_leaf_faces(from, &reader, tasks[i].leaf);
+      if (knobs_.skirts) add_skirts(*from.opaque, tasks[i].leaf, faces);
+      changed |= chunk.by_leaf.set(index, faces);
       changed |= tasks[i].blocks_changed && chunk.by_leaf.find(index);
     }
     if (!changed) return;

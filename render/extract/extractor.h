@@ -24,6 +24,7 @@ struct ExtractedChunk : ChunkRecords {
 struct ExtractKnobs {
   bool merge_faces = true;      // off: one record for each voxel face
   bool sealed_cavities = true;  // off: faces into cavities that nothing outside can see are left out
+  bool skirts = false;          // on: see add_skirts()
   friend bool operator==(const ExtractKnobs&, const ExtractKnobs&) = default;
 };
 
@@ -33,10 +34,15 @@ struct ExtractReport {
   uint64_t chunks = 0, faces = 0, quads = 0;  // of the whole world, afterwards
 };
 
+class ShapeExtractor;
+
 class Extractor {
  public:
   Extractor();
   ~Extractor();
+
+  /// What follows the same world first, and whose voxels are no cubes; null: all are. It must live as long.
+  const ShapeExtractor* shapes = nullptr;
 
   /// Extracts everything. Finds all sealed cavities where the knob asks for it.
   ExtractReport rebuild(const world::WorldView& view, const ExtractKnobs& knobs);

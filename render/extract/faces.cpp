@@ -292,6 +292,31 @@ LeafFaces extract_leaf_faces(const FaceSource& source, StoreReader* reader, Leaf
   return faces;
 }
 
+void add_skirts(const MaskVolume& opaque, LeafPos leaf, LeafFaces& faces) {
+  const int at[3] = {leaf.x & 7, leaf.y & 7, leaf.z & 7};
+  LeafMask near;
+  for (int x = 0; x < 8; ++x)
+    for (int f = 0; f < kFaces; ++f) near.word[x] |= faces.face[f].word[x];
+  if (near.is_none()) return;
+  for (int step = 0; step < 2; ++step) {
+    LeafMask grown;
+    for (int x = 0; x < 8; ++x) {
+      const uint64_t w = near.word[x];
+      grown.word[x] = w | w << 8 | w >> 8 | (w << 1 & ~0x0101010101010101ull) | (w >> 1 & ~0x8080808080808080ull) |
+                      (x > 0 ? near.word[x - 1] : 0) | (x < 7 ? near.word[x + 1] : 0);
+    }
+    near = grown;
+  }
+  const LeafMask& solid = opaque.leaf(leaf);
+  for (int f = 0; f < kFaces; ++f) {
+    if (at[face_axis(f)] != (face_sign(f) < 0 ? 0 : 7)) continue;
+    LeafMask skirt;
+    for (int x = 0; x < 8; ++x) skirt.word[x] = near.word[x] & solid.word[x];
+    keep_border(f, skirt);
+    for (int x = 0; x < 8; ++x) faces.face[f].word[x] |= skirt.word[x];
+  }
+}
+
 std::vector<ChunkPos> occupied_chunks(const MaskVolume& occupied) {
   std::vector<ChunkPos> chunks;
   for (const MaskRegion* region : occupied.regions()) {

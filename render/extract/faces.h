@@ -84,6 +84,10 @@ uint64_t extract_chunk_faces(const FaceSource& source, world::StoreReader* reade
 /// The visible faces of one leaf.
 LeafFaces extract_leaf_faces(const FaceSource& source, world::StoreReader* reader, world::LeafPos leaf);
 
+/// Adds to a leaf in the border of its chunk the opaque faces towards the next chunk that are hidden, of voxels at most
+/// two from one that shows a face: where the next chunk is drawn at another level, its surface may lie lower there.
+void add_skirts(const world::MaskVolume& opaque, world::LeafPos leaf, LeafFaces& faces);
+
 /// Chunks that hold any occupied voxel, sorted by position.
 std::vector<ChunkPos> occupied_chunks(const world::MaskVolume& occupied);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <tuple>
 
 namespace render::raster {
 
@@ -37,6 +38,8 @@ double distance_to_box(const Vec3d& low, const Vec3d& high) {
 
 struct SeenChunk {
   PooledChunk* chunk;
+  uint32_t page;  // counted over all pools
+  uint32_t most_chunks;
   double distance;
   bool straddles;
   Vec3d corner;  // relative to the camera
@@ -47,31 +50,38 @@ constexpr uint64_t kFewFaces = 16384;
 
 }  // namespace
 
-void cull(FacePool& pool, const Camera& camera, const PixelRays& rays, double view_distance, bool may_test,
-          DrawList& out) {
+void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRays& rays, double view_distance,
+          bool may_test, DrawList& out) {
   out.chunks.clear();
   out.draws.clear();
   out.candidates.clear();
   out.clusters.clear();
-  out.first_end.assign(pool.pages(), 0);
-  out.second_end.assign(pool.pages(), 0);
-  out.first_faces = 0;
+  uint32_t pages = 0;
+  for (const CulledPool& p : pools) pages += static_cast<uint32_t>(p.pool->pages());
+  out.first_end.assign(pages, 0);
+  out.second_end.assign(pages, 0);
+  out.first_faces = out.left_out = 0;
   const Frustum frustum(rays);
   const auto box_corner = [](const std::array<uint8_t, 3>& p) { return Vec3d(p[0], p[1], p[2]); };
 
   // Chunks in the frustum, front to back.
   std::vector<SeenChunk> seen;
-  for (PooledChunk& chunk : pool.chunks()) {
-    const world::VoxelPos offset = chunk.origin - camera.position.voxel;
-    const Vec3d corner = Vec3d(offset.x, offset.y, offset.z) - camera.position.fraction;
-    const Vec3d low = corner + box_corner(chunk.box.min), high = corner + box_corner(chunk.box.max);
-    const double distance = distance_to_box(low, high);
-    if (distance > view_distance) continue;
-    const Frustum::Side side = frustum.side(low, high);
-    if (side != Frustum::outside) seen.push_back({&chunk, distance, side == Frustum::straddling, corner});
+  uint32_t first_page = 0;
+  for (const CulledPool& p : pools) {
+    for (PooledChunk& chunk : p.pool->chunks()) {
+      const world::VoxelPos offset = chunk.origin - camera.position.voxel;
+      const Vec3d corner = Vec3d(offset.x, offset.y, offset.z) - camera.position.fraction;
+      const Vec3d low = corner + box_corner(chunk.box.min), high = corner + box_corner(chunk.box.max);
+      const double distance = distance_to_box(low, high);
+      if (distance > view_distance) continue;
+      const Frustum::Side side = frustum.side(low, high);
+      if (side != Frustum::outside)
+        seen.push_back({&chunk, first_page + chunk.page, p.most_chunks, distance, side == Frustum::straddling, corner});
+    }
+    first_page += static_cast<uint32_t>(p.pool->pages());
   }
   std::sort(seen.begin(), seen.end(), [](const SeenChunk& a, const SeenChunk& b) {
-    return a.distance != b.distance ? a.distance < b.distance : a.chunk->origin < b.chunk->origin;
+    return std::tie(a.distance, a.chunk->origin, a.page) < std::tie(b.distance, b.chunk->origin, b.page);
   });
 
   // Their clusters in the frustum that look towards the camera.
@@ -79,10 +89,16 @@ void cull(FacePool& pool, const Camera& camera, const PixelRays& rays, double vi
   std::vector<uint32_t> instances;  // of each cluster
   for (const SeenChunk& s : seen) {
     const size_t before = out.clusters.size();
+    if (out.chunks.size() >= s.most_chunks) {
+      out.left_out += s.chunk->count;
+      continue;
+    }
     for (FaceCluster& cluster : s.chunk->clusters) {
       const Vec3d low = s.corner + box_corner(cluster.box.min), high = s.corner + box_corner(cluster.box.max);
-      const int axis = world::face_axis(cluster.direction);
-      if (world::face_sign(cluster.direction) > 0 ? low[axis] >= 0 : high[axis] <= 0) continue;
+      const int axis = world::face_axis(cluster.direction % world::kFaces);
+      if (cluster.direction < world::kFaces &&
+          (world::face_sign(cluster.direction) > 0 ? low[axis] >= 0 : high[axis] <= 0))
+        continue;
       if (distance_to_box(low, high) > view_distance) continue;
       if (s.straddles && frustum.side(low, high) == Frustum::outside) continue;
       out.clusters.push_back(&cluster);
@@ -91,7 +107,7 @@ void cull(FacePool& pool, const Camera& camera, const PixelRays& rays, double vi
     }
     if (out.clusters.size() == before) continue;
     const world::VoxelPos offset = s.chunk->origin - camera.position.voxel;
-    out.chunks.push_back({offset.x, offset.y, offset.z, static_cast<int32_t>(s.chunk->page)});
+    out.chunks.push_back({offset.x, offset.y, offset.z, static_cast<int32_t>(s.page)});
   }
   const bool test = may_test && faces > kFewFaces;
 
@@ -105,7 +121,7 @@ void cull(FacePool& pool, const Camera& camera, const PixelRays& rays, double vi
     if (!in_first[i]) in_first[i] = true, first_faces += out.clusters[i]->count;
 
   // First pass: a draw for each run of clusters that lie together in memory.
-  for (uint32_t page = 0; page < pool.pages(); ++page) {
+  for (uint32_t page = 0; page < pages; ++page) {
     const FaceCluster* last = nullptr;
     for (size_t i = 0; i < out.clusters.size(); ++i) {
       const FaceCluster& cluster = *out.clusters[i];
@@ -121,13 +137,13 @@ void cull(FacePool& pool, const Camera& camera, const PixelRays& rays, double vi
   }
   if (!test) {
     out.clusters.clear();
-    out.second_end.assign(pool.pages(), static_cast<uint32_t>(out.draws.size()));
+    out.second_end.assign(pages, static_cast<uint32_t>(out.draws.size()));
     return;
   }
 
   // Second pass: a draw a cluster, which the occlusion test turns on.
   out.candidates.resize(out.clusters.size());
-  for (uint32_t page = 0; page < pool.pages(); ++page) {
+  for (uint32_t page = 0; page < pages; ++page) {
     for (size_t i = 0; i < out.clusters.size(); ++i) {
       const FaceCluster& cluster = *out.clusters[i];
       const ChunkCorner& corner = out.chunks[instances[i]];

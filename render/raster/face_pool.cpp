@@ -17,21 +17,12 @@ uint32_t cell_of(const FaceRecord& record) {
   return index;
 }
 
-CornerBox box_of(const FaceRecord& record) {
-  const glm::uvec3 low = face_corner(record.word0, record.word1, 0), high = face_corner(record.word0, record.word1, 2);
-  CornerBox box;
-  for (int a = 0; a < 3; ++a) {
-    box.min[static_cast<size_t>(a)] = static_cast<uint8_t>(std::min(low[a], high[a]));
-    box.max[static_cast<size_t>(a)] = static_cast<uint8_t>(std::max(low[a], high[a]));
-  }
-  return box;
-}
-
 /// Writes a chunk's records ordered by direction and cell, and cuts them into clusters.
-void write_clusters(const ExtractedChunk& source, PooledChunk& chunk, FaceRecord* out) {
+void write_clusters(const PoolSource& source, FacePool::BoxOf box_of, PooledChunk& chunk, FaceRecord* out) {
   uint32_t written = 0;
-  for (int direction = 0; direction < world::kFaces; ++direction) {
-    const auto records = source.of_direction(direction);
+  for (size_t direction = 0; direction < kPoolDirections; ++direction) {
+    const auto records =
+        source.records.subspan(source.first[direction], source.first[direction + 1] - source.first[direction]);
     std::array<uint32_t, 65> start{};
     for (const FaceRecord& r : records) ++start[cell_of(r) + 1];
     for (size_t c = 0; c < 64; ++c) start[c + 1] += start[c];
@@ -56,6 +47,44 @@ void write_clusters(const ExtractedChunk& source, PooledChunk& chunk, FaceRecord
 }
 
 }  // namespace
+
+CornerBox FacePool::box_of_face(const FaceRecord& record) {
+  const glm::uvec3 low = face_corner(record.word0, record.word1, 0), high = face_corner(record.word0, record.word1, 2);
+  CornerBox box;
+  for (int a = 0; a < 3; ++a) {
+    box.min[static_cast<size_t>(a)] = static_cast<uint8_t>(std::min(low[a], high[a]));
+    box.max[static_cast<size_t>(a)] = static_cast<uint8_t>(std::max(low[a], high[a]));
+  }
+  return box;
+}
+
+CornerBox FacePool::box_of_voxel(const FaceRecord& record) {
+  const glm::uvec3 low = face_voxel(record.word0);
+  CornerBox box;
+  for (int a = 0; a < 3; ++a) {
+    box.min[static_cast<size_t>(a)] = static_cast<uint8_t>(low[a]);
+    box.max[static_cast<size_t>(a)] = static_cast<uint8_t>(low[a] + 1);
+  }
+  return box;
+}
+
+std::vector<PoolSource> pool_sources(std::span<const ExtractedChunk* const> chunks) {
+  std::vector<PoolSource> all(chunks.size());
+  for (size_t i = 0; i < chunks.size(); ++i) {
+    const ExtractedChunk& c = *chunks[i];
+    all[i] = {c.origin, c.version, c.records, {}, c.all_bounds};
+    std::copy(c.first.begin(), c.first.end(), all[i].first.begin());
+    all[i].first[kPoolDirections] = all[i].first[world::kFaces];
+  }
+  return all;
+}
+
+std::vector<PoolSource> pool_sources(std::span<const ShapeChunk* const> chunks) {
+  std::vector<PoolSource> all(chunks.size());
+  for (size_t i = 0; i < chunks.size(); ++i)
+    all[i] = {chunks[i]->origin, chunks[i]->version, chunks[i]->records, chunks[i]->first, chunks[i]->bounds};
+  return all;
+}
 
 void FacePool::clear() {
   pages_.clear();
@@ -108,23 +137,23 @@ world::Status FacePool::place(gpu::Device& device, uint32_t records, PooledChunk
   }
 }
 
-world::Result<uint64_t> FacePool::update(gpu::Device& device, std::span<const ExtractedChunk* const> chunks) {
+world::Result<uint64_t> FacePool::update(gpu::Device& device, std::span<const PoolSource> chunks) {
   // Keep what is unchanged; free what changed or is gone. Both lists are sorted by position.
   std::vector<PooledChunk> next(chunks.size());
   std::vector<size_t> fresh;
   uint64_t records = 0;
   size_t old = 0;
   for (size_t i = 0; i < chunks.size(); ++i) {
-    while (old < chunks_.size() && chunks_[old].origin < chunks[i]->origin) release(chunks_[old++]);
-    if (old < chunks_.size() && chunks_[old].origin == chunks[i]->origin) {
-      if (chunks_[old].version == chunks[i]->version) {
+    while (old < chunks_.size() && chunks_[old].origin < chunks[i].origin) release(chunks_[old++]);
+    if (old < chunks_.size() && chunks_[old].origin == chunks[i].origin) {
+      if (chunks_[old].version == chunks[i].version) {
         next[i] = chunks_[old++];
         continue;
       }
       release(chunks_[old++]);
     }
     fresh.push_back(i);
-    records += chunks[i]->records.size();
+    records += chunks[i].records.size();
   }
   while (old < chunks_.size()) release(chunks_[old++]);
   chunks_.clear();  // until all is in place, nothing is
@@ -140,16 +169,16 @@ world::Result<uint64_t> FacePool::update(gpu::Device& device, std::span<const Ex
                                                     VK_BUFFER_USAGE_TRANSFER_SRC_BIT, gpu::MemoryUse::upload));
     uint64_t at = 0;
     for (const size_t i : fresh) {
-      const ExtractedChunk& source = *chunks[i];
+      const PoolSource& source = chunks[i];
       PooledChunk& chunk = next[i];
       chunk.origin = source.origin;
       chunk.version = source.version;
-      chunk.box = source.all_bounds;
+      chunk.box = source.box;
       const uint32_t count = static_cast<uint32_t>(source.records.size());
       TRY_STATUS(place(device, count, chunk));
       largest_ = std::max(largest_, count);
       const uint64_t bytes = count * sizeof(FaceRecord);
-      write_clusters(source, chunk, reinterpret_cast<FaceRecord*>(staging.mapped() + at));
+      write_clusters(source, box_of_, chunk, reinterpret_cast<FaceRecord*>(staging.mapped() + at));
       copies.push_back({chunk.page, {at, uint64_t{chunk.first} * sizeof(FaceRecord), bytes}});
       at += bytes;
     }

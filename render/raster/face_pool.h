@@ -11,11 +11,25 @@
 #include <vector>
 
 #include "render/extract/extractor.h"
+#include "render/extract/proxies.h"
 #include "render/gpu/owned.h"
 
 namespace render::raster {
 
 constexpr uint32_t kClusterRecords = 128;  // at most; a few thousand triangles cost as much as some draws
+
+constexpr int kPoolDirections = kShapeDirections;  // of faces, and of sheets that are seen from both sides
+
+/// What a pool keeps of a chunk: records by direction.
+struct PoolSource {
+  world::VoxelPos origin;
+  uint64_t version = 0;
+  std::span<const FaceRecord> records;
+  std::array<uint32_t, kPoolDirections + 1> first{};  // of direction f: [first[f], first[f + 1])
+  CornerBox box;                                      // of all
+};
+std::vector<PoolSource> pool_sources(std::span<const ExtractedChunk* const> chunks);
+std::vector<PoolSource> pool_sources(std::span<const ShapeChunk* const> chunks);
 
 struct FaceCluster {
   uint32_t first = 0, count = 0;  // records of its page
@@ -35,9 +49,15 @@ struct PooledChunk {
 
 class FacePool {
  public:
+  /// The box of a record in voxel corners of its chunk.
+  using BoxOf = CornerBox (*)(const FaceRecord&);
+  static CornerBox box_of_face(const FaceRecord& record);
+  static CornerBox box_of_voxel(const FaceRecord& record);
+  explicit FacePool(BoxOf box_of = box_of_face) : box_of_(box_of) {}
+
   /// Follows the extractor's chunks: sends those whose version is new, drops those that are gone. Returns the bytes
   /// sent.
-  world::Result<uint64_t> update(gpu::Device& device, std::span<const ExtractedChunk* const> chunks);
+  world::Result<uint64_t> update(gpu::Device& device, std::span<const PoolSource> chunks);
   void clear();
 
   /// Sorted by position. Culling may set `visible` of clusters.
@@ -58,6 +78,7 @@ class FacePool {
   world::Status place(gpu::Device& device, uint32_t count, PooledChunk& chunk);
   void release(const PooledChunk& chunk);
 
+  BoxOf box_of_;
   std::vector<Page> pages_;
   std::vector<PooledChunk> chunks_;
   uint32_t largest_ = 0;

@@ -4,6 +4,8 @@
 
 #include "faces.frag.spv.h"
 #include "faces.vert.spv.h"
+#include "shapes.frag.spv.h"
+#include "shapes.vert.spv.h"
 #include "render/raster/stopwatch.h"
 
 namespace render::raster {
@@ -36,19 +38,31 @@ world::Status FacesPass::fit_indices(PassContext& context, uint32_t largest) {
   return {};
 }
 
+world::Result<const Pipeline*> FacesPass::pipeline(PassContext& context, FaceEdges edges, bool shapes) {
+  Pipeline& found = pipelines_[{edges, shapes}];
+  if (!found) {
+    const Constant exact{kSpecExactEdges, edges == FaceEdges::exact};
+    const GraphicsState state{.colour = {kSeenFormat}, .depth = kDepthFormat};
+    TRY(found, shapes ? make_graphics(context.device, shapes_vert_spv, shapes_frag_spv, state, {&exact, 1})
+                      : make_graphics(context.device, faces_vert_spv, faces_frag_spv, state, {&exact, 1}));
+  }
+  return &found;
+}
+
 world::Status FacesPass::prepare(PassContext& context, const Drawing& drawing, FrameReport& report) {
   pool_ = &drawing.faces;
-  Stopwatch watch;
-  TRY_STATUS(fit_indices(context, pool_->largest_chunk()));
-  Pipeline& pipeline = pipelines_[drawing.knobs.face_edges];
-  if (!pipeline) {
-    const Constant exact{kSpecExactEdges, drawing.knobs.face_edges == FaceEdges::exact};
-    TRY(pipeline, make_graphics(context.device, faces_vert_spv, faces_frag_spv,
-                                {.colour = {kSeenFormat}, .depth = kDepthFormat}, {&exact, 1}));
+  shape_pool_ = &drawing.shapes;
+  TRY_STATUS(fit_indices(context, std::max(pool_->largest_chunk(), shape_pool_->largest_chunk())));
+  TRY(cubes_, pipeline(context, drawing.knobs.face_edges, false));
+  shapes_ = nullptr;
+  std::vector<CulledPool> pools{{pool_}};
+  if (!shape_pool_->chunks().empty()) {
+    TRY(shapes_, pipeline(context, drawing.knobs.face_edges, true));
+    TRY_STATUS(table_.prepare(context, drawing));
+    pools.push_back({shape_pool_, kMostShapeChunks});
   }
-  pipeline_ = &pipeline;
-  watch.lap_ms();
-  cull(*pool_, drawing.camera, drawing.rays, drawing.knobs.view_distance, drawing.near >= kNearestForOcclusion, list_);
+  Stopwatch watch;
+  cull(pools, drawing.camera, drawing.rays, drawing.knobs.view_distance, drawing.near >= kNearestForOcclusion, list_);
   report.passes.push_back({"cull", watch.lap_ms(), 0, 0});
   TRY_STATUS(context.fill(chunks_, list_.chunks.data(), list_.chunks.size() * sizeof(ChunkCorner),
                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
@@ -68,8 +82,9 @@ void FacesPass::record_draws(VkCommandBuffer commands, PassContext& context, boo
   const std::vector<uint32_t>& ends = second ? list_.second_end : list_.first_end;
   for (size_t page = 0; page < ends.size(); ++page) {
     if (draw == ends[page]) continue;
-    context.bindings.bind(kBindFaces, pool_->page(page));
-    context.bindings.use(commands, *pipeline_);
+    const bool shapes = page >= pool_->pages();
+    context.bindings.bind(kBindFaces, shapes ? shape_pool_->page(page - pool_->pages()) : pool_->page(page));
+    context.bindings.use(commands, shapes ? *shapes_ : *cubes_);
     while (draw < ends[page]) {
       const uint32_t some = std::min(ends[page] - draw, context.device.limits().maxDrawIndirectCount);
       vkCmdDrawIndexedIndirect(commands, draws_.handle, uint64_t{draw} * kDrawBytes, some, kDrawBytes);

@@ -1,11 +1,12 @@
-/// Draws extracted faces: which face each pixel sees, and its depth. One indirect draw a run of clusters; what the last
-/// picture saw first, then what the depth of that leaves visible of the rest.
+/// Draws extracted faces of cubes and of shapes: which face each pixel sees, and its depth. One indirect draw a run of
+/// clusters; what the last picture saw first, then what the depth of that leaves visible of the rest.
 #pragma once
 
 #include "render/raster/culling.h"
 #include "render/raster/face_pool.h"
 #include "render/raster/occlusion_test.h"
 #include "render/raster/pass.h"
+#include "render/raster/shape_table.h"
 
 namespace render::raster {
 
@@ -20,12 +21,14 @@ class FacesPass : public Pass {
 
  private:
   world::Status fit_indices(PassContext& context, uint32_t largest);
+  world::Result<const Pipeline*> pipeline(PassContext& context, FaceEdges edges, bool shapes);
   void record_draws(VkCommandBuffer commands, PassContext& context, bool second);
 
-  std::map<FaceEdges, Pipeline> pipelines_;
-  const Pipeline* pipeline_ = nullptr;
+  std::map<std::pair<FaceEdges, bool>, Pipeline> pipelines_;  // of cubes, of shapes
+  const Pipeline *cubes_ = nullptr, *shapes_ = nullptr;       // of the picture; shapes: null where there are none
   OcclusionTest occlusion_;
-  FacePool* pool_ = nullptr;
+  FacePool *pool_ = nullptr, *shape_pool_ = nullptr;
+  ShapeTable table_;
   gpu::Buffer indices_, chunks_, draws_;
   uint32_t indexed_records_ = 0;
   DrawList list_;

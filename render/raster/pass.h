@@ -44,8 +44,10 @@ struct Targets {
 /// One picture: what all passes read. The world may be read by any pass; what it derives it keeps and follows itself.
 struct Drawing {
   const world::WorldView& view;
-  FacePool& faces;       // of the world; culling notes what is seen of it
-  const Camera& camera;  // off the planes of the grid
+  FacePool& faces;                   // of cubes; culling notes what is seen of it
+  FacePool& shapes;                  // of blocks that have a shape of their own
+  std::span<const ShapeQuad> quads;  // that the records of shapes name
+  const Camera& camera;              // off the planes of the grid
   const PixelRays& rays;
   const world::Environment& environment;
   const Shading& shading;

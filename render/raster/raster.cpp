@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "render/extract/extractor.h"
+#include "render/extract/proxies.h"
 #include "render/raster/rasterizer.h"
 #include "render/bsdf/bsdf.h"
 #include "world/proxies/proxy.h"
@@ -20,10 +21,10 @@ double ms_since(Clock::time_point start) {
 
 /// View depth closer than which no face can lie in the picture, at most 5 cm: so the near plane cuts no hole into a
 /// wall that the camera touches. Depth is reversed and in float, so that a tiny near plane costs no precision.
-double near_plane(const world::WorldView& view, const Camera& camera, const PixelRays& rays) {
+double near_plane(const world::WorldView& view, const Camera& camera, const PixelRays& rays, bool in_shape) {
   const world::MaskVolume& occupied = view.masks(world::MaskKind::occupied);
   const bool inside = occupied.test(camera.position.voxel);
-  double nearest = 1;
+  double nearest = in_shape ? 0 : 1;
   for (int dx = -1; dx <= 1; ++dx)
     for (int dy = -1; dy <= 1; ++dy)
       for (int dz = -1; dz <= 1; ++dz) {
@@ -80,10 +81,12 @@ class Raster : public RasterBackend {
     const auto start = Clock::now();
     if (!rasterizer_) TRY_STATUS(open());
     TRY_STATUS(check_light(light, knobs));
-    const std::vector<world::LeafPos> dirty = follow(view, camera, knobs);
+    TRY(const std::vector<world::LeafPos> dirty, follow(view, camera, knobs));
     const double extract_ms = ms_since(start);
     const auto upload_start = Clock::now();
     TRY(uint64_t bytes, rasterizer_->set_faces(extractor_.chunks()));
+    TRY(const uint64_t shape_bytes, rasterizer_->set_shapes(shapes_.chunks(), shapes_.quads()));
+    bytes += shape_bytes;
     light_.follow(view, light, knobs.light_model);
     TRY(const uint64_t light_bytes, rasterizer_->light_grid().follow(rasterizer_->device(), light_));
     bytes += light_bytes;
@@ -101,7 +104,8 @@ class Raster : public RasterBackend {
     }
     const double upload_ms = ms_since(upload_start);
     const Shading shading(view.environment(), view.palette());
-    const double near = near_plane(view, camera, PixelRays(camera, width, height));
+    const double near =
+        near_plane(view, camera, PixelRays(camera, width, height), shapes_.has_shape(camera.position.voxel));
     TRY(Frame frame, rasterizer_->draw(view, camera, shading, light_.kind(), knobs, near, width, height));
     frame.report.passes.insert(frame.report.passes.begin(),
                                {{"extract", extract_ms, 0, 0}, {"upload", upload_ms, 0, bytes}});
@@ -111,7 +115,8 @@ class Raster : public RasterBackend {
 
   /// Brings the extracted faces up to date with the store.
   /// Returns the leaves that changed.
-  std::vector<world::LeafPos> follow(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs) {
+  world::Result<std::vector<world::LeafPos>> follow(const world::WorldView& view, const Camera& camera,
+                                                    const RenderKnobs& knobs) {
     if (view.store().identity() != store_) {
       store_ = view.store().identity();
       subscriber_ = view.store().subscribe();
@@ -119,7 +124,10 @@ class Raster : public RasterBackend {
     }
     const std::vector<world::LeafPos> dirty = view.store().take_dirty(subscriber_);
     const auto wanted = [&] { return ExtractKnobs{knobs.merge_faces, knobs.sealed_cavities || camera_in_cavity_}; };
-    if (!extracted_ || !(extractor_.knobs() == wanted()))
+    const bool fresh = !extracted_ || shapes_.kind() != knobs.proxy_shapes;
+    TRY_STATUS(fresh ? shapes_.rebuild(view, knobs.proxy_shapes) : shapes_.update(view, dirty));
+    extractor_.shapes = &shapes_;
+    if (fresh || !(extractor_.knobs() == wanted()))
       extractor_.rebuild(view, wanted());
     else if (!dirty.empty())
       extractor_.update(view, dirty);
@@ -145,6 +153,7 @@ class Raster : public RasterBackend {
   gpu::DeviceOptions options_;
   std::unique_ptr<raster::Rasterizer> rasterizer_;
   std::vector<std::string> earlier_messages_;  // of devices that were lost
+  ShapeExtractor shapes_;
   Extractor extractor_;
   SurfaceLight light_;
   SunMap sun_map_;

@@ -34,6 +34,8 @@ SHARED_CONST uint kBindLightLeaves = 16;   // uint[]   kLightLeafWords a leaf, S
 SHARED_CONST uint kBindLightCodes = 17;    // uint[]   a visible face
 SHARED_CONST uint kBindSunMap = 18;        // float[]  depths of the sun's map, row by row
 SHARED_CONST uint kBindColour = 19;        // image    linear radiance: targets.colour
+SHARED_CONST uint kBindShapeQuads = 20;    // vec4[kQuadVectors n] faces of shapes, see shading/shape.glsl.h
+SHARED_CONST uint kBindShapeLit = 21;  // vec4[2n] by `lit` of a quad: radiance of albedo 1 under the sky, in the sun
 // 32..63: light and sky. 64..95: transparency, water, reflections. 96..127: particles, the whole picture.
 
 SHARED_CONST uint kTilePixels = 8;  // a tile of the occlusion test is 8 x 8 pixels
@@ -53,6 +55,7 @@ SHARED_CONST uint kSpecSunShadow = 1;        // by order of SunShadow
 SHARED_CONST uint kSpecLight = 2;            // by order of SurfaceLight::Kind
 SHARED_CONST uint kSpecInterpolation = 3;    // kLightFace, kLightVertex, kLightLinear
 SHARED_CONST uint kSpecCornerOcclusion = 4;  // bool
+SHARED_CONST uint kSpecShapes = 6;           // bool: pixels may see faces of shapes
 SHARED_CONST uint kSpecToImage = 5;          // bool: shading writes targets.colour, else the radiance buffer
 
 /// A record of SurfaceLightLeaf in words: 16 a direction of faces, 4 a direction of counts before slices, the first
@@ -89,6 +92,15 @@ SHARED uint region_hash(int x, int y, int z) {
 /// A pixel of the target of the first pass: x = block | face << 16 (0: sky), y = plane of the face relative to the
 /// camera's voxel, as an int.
 SHARED_CONST uint kSeenFaceShift = 16u;
+
+/// Where it sees the face of a shape: x = kSeenShape | quad, y = place of the chunk in the picture's list << 18 | place
+/// of the voxel in the chunk, as in face_record.shared.h.
+SHARED_CONST uint kSeenShape = 0x80000000u, kSeenChunkShift = 18u;
+SHARED_CONST uint kMostShapeChunks = 1u << 14;
+
+/// A face of a shape: corner, w: lit; u, w: block as an int's bits; v, w: emission over that of a cube; normal, w:
+/// direction as an int's bits, 6 for both sides; along u; along v: (p - corner) . along = 0..1 on it.
+SHARED_CONST uint kQuadVectors = 6u;
 
 #ifdef __cplusplus
 static_assert(sizeof(PictureConstants) == (13 + 12 + 14 + 3) * 16);

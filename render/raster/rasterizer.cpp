@@ -194,7 +194,8 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
   // A camera on a face's plane sees the face on its upper side, as a ray does.
   camera.position.fraction = glm::clamp(camera.position.fraction, kOffPlane, 1 - kOffPlane);
   const PixelRays rays(camera, width, height);
-  const Drawing drawing{view, pool_, camera, rays, view.environment(), shading, knobs, light, near, width, height};
+  const Drawing drawing{view,    pool_, shape_pool_, quads_, camera, rays,  view.environment(),
+                        shading, knobs, light,       near,   width,  height};
   Frame frame;
   FrameReport& report = frame.report;
 

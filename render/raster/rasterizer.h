@@ -17,7 +17,12 @@ class Rasterizer {
 
   /// Follows the extractor. Returns the bytes sent.
   world::Result<uint64_t> set_faces(std::span<const ExtractedChunk* const> chunks) {
-    return pool_.update(*device_, chunks);
+    return pool_.update(*device_, pool_sources(chunks));
+  }
+  /// The same of shapes; `quads` must live until the picture is drawn.
+  world::Result<uint64_t> set_shapes(std::span<const ShapeChunk* const> chunks, std::span<const ShapeQuad> quads) {
+    quads_ = quads;
+    return shape_pool_.update(*device_, pool_sources(chunks));
   }
   /// near: view depth in metres closer than which nothing lies in the picture.
   world::Result<Frame> draw(const world::WorldView& view, const Camera& camera, const Shading& shading,
@@ -50,7 +55,8 @@ class Rasterizer {
   void read_back(Image& image) const;
 
   std::unique_ptr<gpu::Device> device_;  // first member: dies last
-  FacePool pool_;
+  FacePool pool_, shape_pool_{FacePool::box_of_voxel};
+  std::span<const ShapeQuad> quads_;
   ShadowGrid shadow_grid_;
   LightGrid light_grid_;
   gpu::Buffer sun_map_;

@@ -2,10 +2,12 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_samplerless_texture_functions : require
 // Radiance of each pixel from what it sees: a surface (render/raster/shading/surface.glsl.h), or the sky.
+#include "render/raster/shading/shape.glsl.h"
 #include "render/raster/shading/sky.glsl.h"
 #include "render/raster/shading/surface.glsl.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
+layout(constant_id = kSpecShapes) const bool kShapes = false;
 layout(constant_id = kSpecToImage) const bool kToImage = false;
 layout(binding = kBindSeen) uniform utexture2D seen_image;
 layout(push_constant) uniform Band { uint first_row; };  // the rows of this dispatch; `radiance` starts at them
@@ -22,7 +24,10 @@ void main() {
   const float inverse_length = inversesqrt(dot(ray, ray));
   const vec3 direction = ray * inverse_length;
   vec3 colour = sky_radiance(direction);
-  if (seen.x != 0u) {
+  if (kShapes && (seen.x & kSeenShape) != 0u) {
+    const float t = shape_distance(seen, ray);
+    if (t <= picture.sun.w * inverse_length) colour = shape_radiance(seen, ray, t);
+  } else if (seen.x != 0u) {
     const uint face = seen.x >> kSeenFaceShift, axis = face >> 1;
     const vec3 offsets = float(int(seen.y)) - picture.fraction.xyz - picture.fraction_rest.xyz;
     const float t = axis == 0u ? offsets.x / ray.x : axis == 1u ? offsets.y / ray.y : offsets.z / ray.z;

@@ -14,7 +14,11 @@ PassKind ShadePass::kind() {
 
 world::Status ShadePass::prepare(PassContext& context, const Drawing& drawing, FrameReport&) {
   const RenderKnobs& knobs = drawing.knobs;
-  const ShadeVariant variant{knobs.sun_shadow, drawing.light, knobs.light_interpolation, knobs.corner_occlusion,
+  const ShadeVariant variant{knobs.sun_shadow,
+                             drawing.light,
+                             knobs.light_interpolation,
+                             knobs.corner_occlusion,
+                             !drawing.shapes.chunks().empty(),
                              context.targets.colour.handle != VK_NULL_HANDLE};
   Pipeline& pipeline = pipelines_[variant];
   if (!pipeline) {
@@ -22,6 +26,7 @@ world::Status ShadePass::prepare(PassContext& context, const Drawing& drawing, F
                                Constant{kSpecLight, static_cast<uint32_t>(variant.light)},
                                Constant{kSpecInterpolation, static_cast<uint32_t>(variant.interpolation)},
                                Constant{kSpecCornerOcclusion, variant.corner_occlusion},
+                               Constant{kSpecShapes, variant.shapes},
                                Constant{kSpecToImage, variant.to_image}};
     TRY(pipeline, make_compute(context.device, shade_comp_spv, constants));
   }

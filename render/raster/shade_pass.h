@@ -11,6 +11,7 @@ struct ShadeVariant {
   SurfaceLight::Kind light = SurfaceLight::Kind::none;
   LightInterpolation interpolation = LightInterpolation::face;
   bool corner_occlusion = false;
+  bool shapes = false;    // pixels may see faces of shapes
   bool to_image = false;  // into targets.colour
   friend auto operator<=>(const ShadeVariant&, const ShadeVariant&) = default;
 };

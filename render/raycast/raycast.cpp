@@ -12,6 +12,7 @@
 #include "render/light/surface_light.h"
 #include "render/bsdf/bsdf.h"
 #include "render/trace/picture.h"
+#include "render/trace/proxies.h"
 #include "world/base/jobs.h"
 #include "world/proxies/proxy.h"
 #include "world/store/contour_walk.h"
@@ -59,7 +60,8 @@ struct Spent {
 class Picture {
  public:
   Picture(const world::WorldView& view, const RayStream& occupied, const world::ParallelRays& sun_rays,
-          const MaskWalker& opaque, const world::StoreContours::Followed* contours, const SurfaceLight& light,
+          const MaskWalker& opaque, const world::StoreContours::Followed* contours, const world::BlockShapes* shapes,
+          const SurfaceLight& light,
           const SunMap& sun_map, const Camera& camera, const RenderKnobs& knobs, int width, int height, Image& image)
       : view_(view),
         camera_(camera.position),
@@ -75,6 +77,7 @@ class Picture {
         decoder_(light.kind(), shading_),
         lit_by_cells_(light.kind() != SurfaceLight::Kind::none || knobs.corner_occlusion),
         contours_(contours),
+        shapes_(shapes),
         in_bounds_(occupied_.in_bounds(camera.position.voxel)),
         // In a contour's voxel the eye is in front of the surface.
         inside_(contours ? contours->contours.cells().test(camera.position.voxel) &&
@@ -115,7 +118,8 @@ class Picture {
           pixel_x[count] = x, pixel_y[count++] = y;
     GridRay rays[kMost];
     GridHit hits[kMost];
-    Vec3d normals[kMost];  // of contours, where there are any; 0 on faces
+    Vec3d normals[kMost];      // of contours, where there are any; 0 on faces
+    ProxyHit on_shape[kMost];  // where there are shapes; part kNoPart: not on one
     bool sunlit[kMost];
     float sun[kMost];  // the part of its light that arrives on faces
     LeafCache blocks{reader};
@@ -138,18 +142,21 @@ class Picture {
         hits[i] = hit.grid;
         if (hit.smooth) normals[i] = hit.normal;
       }
+    if (shapes_)
+      for (int i = 0; i < count; ++i) hits[i] = pass_shapes(rays[i], hits[i], blocks, on_shape[i]);
     spent.primary_ms += ms_since(start);
 
     start = Clock::now();
     std::fill_n(sunlit, count, true);
-    if (knobs_.sun_shadow == SunShadow::ray) cast_shadows(rays, hits, normals, count, sunlit, spent);
+    if (knobs_.sun_shadow == SunShadow::ray) cast_shadows(rays, hits, normals, on_shape, count, sunlit, spent);
     if (knobs_.sun_shadow == SunShadow::sky_light)
       for (int i = 0; i < count; ++i)
-        if (hits[i].hit()) sunlit[i] = sees_whole_sky(light_.code(hits[i].voxel, hits[i].face));
+        if (hits[i].hit()) sunlit[i] = sees_whole_sky(code_at(hits[i], on_shape[i]));
     for (int i = 0; i < count; ++i) sun[i] = sunlit[i] ? 1.0f : 0.0f;
     if (knobs_.sun_shadow == SunShadow::map)
       for (int i = 0; i < count; ++i)
-        if (hits[i].hit() && shading_.sun_faces[hits[i].face]) sun[i] = sun_map_at(rays[i], hits[i]);
+        if (hits[i].hit() && (on_shape[i].part != kNoPart || shading_.sun_faces[hits[i].face]))
+          sun[i] = sun_map_at(rays[i], hits[i], on_shape[i]);
     spent.shadow_ms += ms_since(start);
 
     start = Clock::now();
@@ -158,6 +165,8 @@ class Picture {
       Rgb& pixel = image_.at(pixel_x[i], pixel_y[i]);
       if (!hits[i].hit())
         pixel = sky_radiance(view_.environment(), direction.y / glm::length(direction));
+      else if (on_shape[i].part != kNoPart)
+        pixel = shape_radiance(hits[i], on_shape[i], direction, blocks.get(hits[i].voxel), sun[i]);
       else if (contours_ && normals[i] != Vec3d(0.0))
         pixel = normal_radiance(shading_, view_.environment(),
                                 blocks.get(contours_->walker.matter_voxel(hits[i].voxel, normals[i])), normals[i],
@@ -169,8 +178,76 @@ class Picture {
     spent.shade_ms += ms_since(start);
   }
 
-  float sun_map_at(const GridRay& ray, const GridHit& hit) const {
-    const world::GridRay to_sun = world::ray_from_surface(ray, hit, view_.environment().sun_direction);
+  /// Through the voxels of shapes to the first surface: the hit names the voxel and, where that has a shape that the ray
+  /// meets, `on_shape` says where.
+  GridHit pass_shapes(const GridRay& ray, const GridHit& first, LeafCache& blocks, ProxyHit& on_shape) const {
+    const bool starts_in_shape = first.t == 0 && shapes_->shape[blocks.get(camera_.voxel)];
+    if (!starts_in_shape && (!first.hit() || !shapes_->shape[blocks.get(first.voxel)])) return first;
+    const GridAxes axes(ray);
+    double t_limit = std::min(ray.t_max, std::numeric_limits<double>::max());
+    WalkPlace place{camera_.voxel, 0, -1};
+    if (!starts_in_shape) place = {first.voxel, first.t, first.face >= 0 ? world::face_axis(first.face) : -1};
+    for (;;) {
+      const BlockId id = blocks.get(place.voxel);
+      const world::Proxy* shape = shapes_->shape[id];
+      if (!shape)
+        return {WalkEnd::hit, place.voxel, world::entered_face(place.axis, axes.upwards[place.axis] != 0), place.t};
+      const uint8_t joins = shapes_->joins_at(*shape, place.voxel, [&](VoxelPos v) { return blocks.get(v); });
+      if (intersect_proxy(*shape, joins, ray, place.voxel, t_limit, on_shape) && !on_shape.inside)
+        return {WalkEnd::hit, place.voxel, nearest_face(side_seen(on_shape, ray.direction)), on_shape.t};
+      on_shape.part = kNoPart;
+      if (!world::mask_walk::leave_cube(axes, place, 0, t_limit)) return {WalkEnd::t_max, {}, world::kNoFace, t_limit};
+      if (!occupied_.volume().test(place.voxel) && !occupied_.find(axes, place, t_limit))
+        return {WalkEnd::t_max, {}, world::kNoFace, t_limit};
+    }
+  }
+
+  /// The normal on the side that the ray comes from.
+  static Vec3d side_seen(const ProxyHit& hit, const Vec3d& direction) {
+    const Vec3d normal(hit.normal);
+    return dot(normal, direction) > 0 ? -normal : normal;
+  }
+  static int nearest_face(const Vec3d& normal) {
+    const Vec3d size = abs(normal);
+    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    return axis * 2 + (normal[axis] > 0);
+  }
+  /// Of a face; of a shape that of its cell, which all the faces of its voxel have.
+  uint32_t code_at(const GridHit& hit, const ProxyHit& on_shape) const {
+    uint32_t code = light_.code(hit.voxel, hit.face);
+    for (int f = 0; f < world::kFaces && on_shape.part != kNoPart && code == SurfaceLight::kUnknown; ++f)
+      code = light_.code(hit.voxel, f);
+    return code;
+  }
+
+  Rgb shape_radiance(const GridHit& hit, const ProxyHit& on_shape, const Vec3d& direction, BlockId block,
+                     float sun) const {
+    const world::Environment& e = view_.environment();
+    const Vec3d normal = side_seen(on_shape, direction);
+    constexpr float kPi = 3.14159265f;
+    const world::Irradiance3 sky = sky_irradiance(e, normal);
+    Rgb lit{sky.r / kPi, sky.g / kPi, sky.b / kPi};
+    if (light_.kind() != SurfaceLight::Kind::none)
+      if (const uint32_t code = code_at(hit, on_shape); code != SurfaceLight::kUnknown) lit = decoder_(code, hit.face);
+    const float arrives = sun * static_cast<float>(std::max(0.0, dot(e.sun_direction, normal))) / kPi;
+    lit = lit + Rgb{e.sun_irradiance.r, e.sun_irradiance.g, e.sun_irradiance.b} * arrives;
+    const Shading::Material& m = shading_.materials[block];
+    const float glow = static_cast<float>(6 / world::shown_area(*shapes_->shape[block]));
+    return {m.albedo[0] * lit.r + m.emitted[0] * glow, m.albedo[1] * lit.g + m.emitted[1] * glow,
+            m.albedo[2] * lit.b + m.emitted[2] * glow};
+  }
+
+  GridRay ray_to_sun(const GridRay& ray, const GridHit& hit, const ProxyHit& on_shape) const {
+    if (on_shape.part == kNoPart) return world::ray_from_surface(ray, hit, view_.environment().sun_direction);
+    GridRay to_sun;
+    to_sun.voxel = hit.voxel;
+    to_sun.fraction = clamp(on_shape.point, Vec3d(0), Vec3d(1));
+    to_sun.direction = view_.environment().sun_direction;
+    return to_sun;
+  }
+
+  float sun_map_at(const GridRay& ray, const GridHit& hit, const ProxyHit& on_shape) const {
+    const world::GridRay to_sun = ray_to_sun(ray, hit, on_shape);
     const float cosine = static_cast<float>(std::abs(view_.environment().sun_direction[world::face_axis(hit.face)]));
     return sun_map_.lit({to_sun.voxel, to_sun.fraction}, cosine);
   }
@@ -217,17 +294,17 @@ class Picture {
     }
   }
 
-  void cast_shadows(const GridRay* rays, const GridHit* hits, const Vec3d* normals, int count, bool* sunlit,
-                    Spent& spent) const {
+  void cast_shadows(const GridRay* rays, const GridHit* hits, const Vec3d* normals, const ProxyHit* on_shape, int count,
+                    bool* sunlit, Spent& spent) const {
     if (contours_ && !inside_) return cast_contour_shadows(rays, hits, normals, count, sunlit, spent);
     GridRay to_sun[kTilesAtOnce * kTile * kTile];
     uint8_t blocked[kTilesAtOnce * kTile * kTile];
     int pixel[kTilesAtOnce * kTile * kTile];
     size_t sent = 0;
     for (int i = 0; i < count; ++i) {
-      if (!hits[i].hit() || !shading_.sun_faces[hits[i].face]) continue;
+      if (!hits[i].hit() || (on_shape[i].part == kNoPart && !shading_.sun_faces[hits[i].face])) continue;
       pixel[sent] = i;
-      to_sun[sent++] = world::ray_from_surface(rays[i], hits[i], view_.environment().sun_direction);
+      to_sun[sent++] = ray_to_sun(rays[i], hits[i], on_shape[i]);
     }
     sun_rays_.any_set({to_sun, sent}, {blocked, sent});
     for (size_t k = 0; k < sent; ++k) sunlit[pixel[k]] = !blocked[k];
@@ -260,6 +337,7 @@ class Picture {
   SurfaceLightDecoder decoder_;
   bool lit_by_cells_;                               // not by the open sky alone
   const world::StoreContours::Followed* contours_;  // null: all voxels are cubes
+  const world::BlockShapes* shapes_;                // null: the world has none, or all voxels are cubes
   bool in_bounds_;                                  // the camera is within the regions that hold anything
   bool inside_;                                     // the camera is in a block
   Image& image_;
@@ -302,13 +380,17 @@ class RaycastBackend : public Backend {
         rays_.parallel(view.store(), MaskKind::opaque, view.environment().sun_direction);
     const world::StoreContours::Followed* contours =
         contours_.follow(view.store(), static_cast<world::ContourShape>(knobs.contours), knobs.contour_iso);
+    TRY(const world::BlockShapes shapes, world::block_shapes(view.palette()));
+    bool any_shape = false;
+    if (knobs.proxy_shapes != ProxyShapes::cube)
+      for (const auto& [id, count] : view.store().census()) any_shape |= shapes.shape[id] != nullptr;
     TRY_STATUS(check_light(light, knobs));
     light_.follow(view, light, knobs.light_model);
     if (knobs.sun_shadow == SunShadow::map)
       TRY_STATUS(sun_map_.follow(view, opaque, knobs.sun_map_texel));
     else
       sun_map_.clear();
-    const Picture picture(view, occupied, sun_rays, opaque.walker(), contours, light_, sun_map_, camera, knobs, width,
+    const Picture picture(view, occupied, sun_rays, opaque.walker(), contours, any_shape && !contours ? &shapes : nullptr, light_, sun_map_, camera, knobs, width,
                           height, frame.image);
     const double prepare_ms = ms_since(start);
     Spent total;

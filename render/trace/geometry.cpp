@@ -40,17 +40,6 @@ bool transmits(const Bsdf& bsdf, const BsdfParameters& parameters) {
   return false;
 }
 
-/// m^2 that a shape shows where it joins nothing; sheets on both sides.
-double shown_area(const world::Proxy& shape) {
-  double area = 0;
-  const std::vector<world::ProxyFace> faces = world::proxy_faces(shape, 0);
-  for (const world::ProxyFace& f : faces)
-    area += glm::length(cross(Vec3d(f.corner[1] - f.corner[0]), Vec3d(f.corner[3] - f.corner[0])));
-  for (const world::ProxyQuad& q : shape.quads)
-    if (world::Proxy::has_part(q.joins, 0)) area += glm::length(cross(Vec3d(q.u), Vec3d(q.v)));
-  return std::max(area, 1e-6);
-}
-
 /// Tentative collisions along the longest ray through a density grid, if the majorant were its largest density.
 double most_collisions(const world::Medium& m) {
   Vec3d low(0), high(0);
@@ -146,7 +135,7 @@ void TraceScene::add_materials() {
     m.inside = bsdf_parameters(block, index_air, true, gloss_);
     // Lambertian: P = pi A L, with A = 6 m^2 of a cube.
     const world::Proxy* shape = shapes_.shape[id];
-    m.emission = vector_of(block.emission) * static_cast<float>(1 / (kPi * (shape ? shown_area(*shape) : 6)));
+    m.emission = vector_of(block.emission) * static_cast<float>(1 / (kPi * (shape ? world::shown_area(*shape) : 6)));
     m.absorption = vector_of(block.absorption);
     m.index = block.index_of_refraction;
     const Vec3f up(0, 1, 0);

@@ -162,4 +162,13 @@ std::vector<ProxyFace> proxy_faces(const Proxy& proxy, uint8_t joins) {
   return faces;
 }
 
+double shown_area(const Proxy& proxy) {
+  double area = 0;
+  for (const ProxyFace& f : proxy_faces(proxy, 0))
+    area += glm::length(cross(Vec3d(f.corner[1] - f.corner[0]), Vec3d(f.corner[3] - f.corner[0])));
+  for (const ProxyQuad& q : proxy.quads)
+    if (Proxy::has_part(q.joins, 0)) area += glm::length(cross(Vec3d(q.u), Vec3d(q.v)));
+  return std::max(area, 1e-6);
+}
+
 }  // namespace world

@@ -96,5 +96,7 @@ struct ProxyFace {
   Vec3f corner[4];
 };
 std::vector<ProxyFace> proxy_faces(const Proxy& proxy, uint8_t joins);
+/// m^2 that a shape shows where it joins nothing; sheets on both sides.
+double shown_area(const Proxy& proxy);
 
 }  // namespace world

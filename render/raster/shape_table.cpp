@@ -1,0 +1,53 @@
+#include "render/raster/shape_table.h"
+
+#include <algorithm>
+#include <bit>
+
+#include <glm/geometric.hpp>
+
+namespace render::raster {
+
+world::Status ShapeTable::prepare(PassContext& context, const Drawing& drawing) {
+  // Six faces of boxes, then two sides of each normal that sheets have.
+  std::vector<world::Vec3f> normals;
+  for (int f = 0; f < world::kFaces; ++f) {
+    world::Vec3f n(0);
+    n[world::face_axis(f)] = static_cast<float>(world::face_sign(f));
+    normals.push_back(n);
+  }
+  std::vector<vec4> quads;
+  quads.reserve(drawing.quads.size() * kQuadVectors);
+  for (const ShapeQuad& q : drawing.quads) {
+    size_t lit = static_cast<size_t>(q.direction);
+    if (q.direction == kBothSides) {
+      lit = world::kFaces;
+      while (lit < normals.size() && normals[lit] != q.normal) lit += 2;
+      if (lit == normals.size()) normals.push_back(q.normal), normals.push_back(-q.normal);
+    }
+    const world::Vec3d u(q.u), v(q.v), n = glm::cross(u, v);
+    const double square = glm::dot(n, n);
+    quads.emplace_back(q.corner, std::bit_cast<float>(static_cast<uint32_t>(lit)));
+    quads.emplace_back(q.u, std::bit_cast<float>(uint32_t{q.block}));
+    quads.emplace_back(q.v, q.emission);
+    quads.emplace_back(q.normal, std::bit_cast<float>(q.direction));
+    quads.emplace_back(world::Vec3f(glm::cross(v, n) / square), 0);
+    quads.emplace_back(world::Vec3f(glm::cross(n, u) / square), 0);
+  }
+  std::vector<vec4> lit;
+  for (const world::Vec3f& n : normals) {
+    constexpr float kPi = 3.14159265f;
+    const world::Irradiance3 sky = sky_irradiance(drawing.environment, world::Vec3d(n));
+    const float cosine = static_cast<float>(glm::dot(drawing.environment.sun_direction, world::Vec3d(n)));
+    const world::Irradiance3 sun = drawing.environment.sun_irradiance;
+    const float factor = std::max(cosine, 0.0f) / kPi;
+    lit.emplace_back(sky.r / kPi, sky.g / kPi, sky.b / kPi, 0);
+    lit.emplace_back(sun.r * factor, sun.g * factor, sun.b * factor, cosine > 0 ? 1.0f : 0.0f);
+  }
+  TRY_STATUS(context.fill(quads_, quads.data(), quads.size() * sizeof(vec4), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
+  TRY_STATUS(context.fill(lit_, lit.data(), lit.size() * sizeof(vec4), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
+  context.bindings.bind(kBindShapeQuads, quads_);
+  context.bindings.bind(kBindShapeLit, lit_);
+  return {};
+}
+
+}  // namespace render::raster

@@ -1,0 +1,29 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Says which face of a shape a pixel sees. With exact edges the pixel's own ray decides: it is solved with the plane, and
+// sees the face where the place lies on it.
+#include "render/raster/raster.shared.h"
+
+layout(constant_id = kSpecExactEdges) const bool kExactEdges = true;
+layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
+layout(binding = kBindShapeQuads, std430) readonly buffer Quads { vec4 quads[]; };
+
+layout(location = 0) flat in uvec2 seen;
+layout(location = 1) flat in vec3 corner;
+layout(location = 0) out uvec2 seen_out;
+
+/// Faces that meet overlap by this, so that rounding leaves no gap between them.
+const float kOverlap = 1e-5;
+
+void main() {
+  if (kExactEdges) {
+    const uint at = (seen.x & ~kSeenShape) * kQuadVectors;
+    const vec3 ray = picture.corner.xyz + gl_FragCoord.x * picture.step_x.xyz + gl_FragCoord.y * picture.step_y.xyz;
+    const vec3 normal = quads[at + 3u].xyz;
+    const float t = dot(normal, corner) / dot(normal, ray);
+    const vec3 place = t * ray - corner;
+    const vec2 on = vec2(dot(place, quads[at + 4u].xyz), dot(place, quads[at + 5u].xyz));
+    if (!(t > 0.0) || any(lessThan(on, vec2(-kOverlap))) || any(greaterThan(on, vec2(1.0 + kOverlap)))) discard;
+  }
+  seen_out = seen;
+}
