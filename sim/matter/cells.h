@@ -93,7 +93,8 @@ class Cells {
  public:
   using Blocks = std::array<world::BlockId, world::kLeafVoxels>;
   using Amounts = std::array<uint16_t, world::kLeafVoxels>;
-  using Heats = std::array<int32_t, world::kLeafVoxels>;
+  /// On cache lines: rows of eight lie in one.
+  struct alignas(64) Heats : std::array<int32_t, world::kLeafVoxels> {};
   static constexpr world::BlockId kNoKind = world::kAir;
 
   /// The store must outlive it and stay where it is. `rules` awake sets are kept. Nothing goes below floor_y, a

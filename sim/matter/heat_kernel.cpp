@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
+#include <utility>
 
 #include "world/space/coords.h"
 #include "world/store/leaf_shifts.h"
@@ -20,7 +22,6 @@ namespace sim {
 namespace HWY_NAMESPACE {
 
 constexpr int kVoxels = world::kLeafVoxels, kStep = static_cast<int>(kLanes);
-constexpr int kPitch = 16;  // of a row's nine faces along z
 constexpr float kLastPhase = 63.0f / 64.0f;
 constexpr float kLargestFlow = 2147483520.0f;  // the largest float below 2^31
 
@@ -69,89 +70,259 @@ struct Faces {
   }
 };
 
-/// Numbers by voxel of a page; what lies behind the last is read by the last row, and not used.
+/// What the voxels of a page are, to the loops below: all the same, coded, or by numbers of their own.
+enum class Content { one, coded, many };
+
+/// Numbers by voxel of a page; what lies behind the last is read by the last row, and not used. Resistances and shares
+/// of Content::many.
 struct alignas(64) OwnRows {
   float t[kVoxels + 8], resistance[kVoxels + 8], share[kVoxels + 8];
 };
 
-template <bool kOne>
+template <Content kContent>
 HWY_INLINE void read_own(const HeatSource& page, OwnRows& own) {
   page_temperatures(page, 0, kVoxels, own.t);
-  if constexpr (!kOne) {
+  if constexpr (kContent == Content::many) {
     page_numbers(page, kResistance, 0, kVoxels, own.resistance);
     page_numbers(page, kShare, 0, kVoxels, own.share);
   }
-  for (int i = kVoxels; i < kVoxels + 8; ++i) own.t[i] = 0, own.resistance[i] = 1, own.share[i] = 0;
+  for (int i = kVoxels; i < kVoxels + 8; ++i) {
+    own.t[i] = 0;
+    if constexpr (kContent == Content::many) own.resistance[i] = 1, own.share[i] = 0;
+  }
 }
 
-/// The 64 values of a side in one piece: those across y are rows, those across z the first or last of each row.
+constexpr int32_t code_of(int kind) { return kind + kind / 2; }  // 0, 1, 3: as in ThermalKinds
+
+/// The kinds of a coded page and those beside it, as far as they are at most three; for conduction only.
+struct Kinds {
+  static constexpr int kMost = 3;
+  int count = 0;
+  float resistance[kMost] = {1, 1, 1}, share[kMost] = {0, 0, 0};
+
+  /// Its number, or -1 where there is no room.
+  int find_or_add(float r, float s) {
+    for (int k = 0; k < count; ++k)
+      if (resistance[k] == r && share[k] == s) return k;
+    return count == kMost ? -1 : add(r, s);
+  }
+  int add(float r, float s) {
+    resistance[count] = r, share[count] = s;
+    return count++;
+  }
+};
+
+/// What is beyond a side, in codes of the page here.
+struct CodedSide {
+  bool is_known = false;
+  alignas(32) float code[8];  // by their code there; an integer's bits, for a table
+
+  /// Whether all kinds that are there have codes here.
+  void find(const HeatSource& beyond, Kinds& kinds) {
+    if (beyond.closed || (beyond.kinds && !beyond.kinds->is_coded)) return;
+    const int count = beyond.kinds ? beyond.kinds->count : 1;
+    for (int kind = 0; kind < count; ++kind) {
+      const int there = code_of(kind);
+      const int found = beyond.kinds
+                            ? kinds.find_or_add(beyond.kinds->few[kResistance][there], beyond.kinds->few[kShare][there])
+                            : kinds.find_or_add(beyond.all.resistance, beyond.all.share);
+      if (found < 0) return;
+      code[there] = std::bit_cast<float>(code_of(found));
+    }
+    is_known = true;
+  }
+};
+
+/// Conductances by the sum of two codes.
+class Meetings {
+ public:
+  template <bool kLive>
+  HWY_INLINE void find(const Kinds& kinds, const Faces<kLive>& faces) {
+    alignas(32) float r_a[8], share_a[8], r_b[8], share_b[8];
+    static constexpr int kA[8] = {0, 0, 1, 0, 1, 0, 2, 0}, kB[8] = {0, 1, 1, 2, 2, 0, 2, 0};
+    for (int k = 0; k < 8; ++k) {
+      r_a[k] = kinds.resistance[kA[k]], share_a[k] = kinds.share[kA[k]];
+      r_b[k] = kinds.resistance[kB[k]], share_b[k] = kinds.share[kB[k]];
+    }
+    for (int k = 0; k < 8; k += kStep) {
+      const Conductance c = faces.between(hn::Load(kRow, r_a + k), hn::Load(kRow, share_a + k), hn::Load(kRow, r_b + k),
+                                          hn::Load(kRow, share_b + k));
+      hn::Store(c.g, kRow, g_ + k);
+      hn::Store(c.share, kRow, share_ + k);
+    }
+  }
+  const float* g() const { return g_; }
+  const float* share() const { return share_; }
+
+ private:
+  alignas(32) float g_[8] = {}, share_[8] = {};
+};
+
+/// Where the 64 voxels of a side lie, in their order there, by eight: those across x and y in rows.
+template <int kAxis>
+constexpr int side_row(int at, int k) {
+  return kAxis == 0 ? at * 8 + k : k * 8 + at;
+}
+
+/// The 64 values of a side across z, the first or last of each row. Moved one by one, they cost as much as the flows.
+template <class T>
+HWY_INLINE void gather_side(const T* from, int at, T* into) {
+#if HWY_TARGET != HWY_SCALAR
+  constexpr hn::CappedTag<T, 4> kFour;
+  if constexpr (sizeof(T) == 4) {
+    // Of half a row the first lane, or the last.
+    const T* half = at == 0 ? from : from + 4;
+    for (int k = 0; k < 64; k += 4, half += 32) {
+      const auto a = hn::LoadU(kFour, half), b = hn::LoadU(kFour, half + 8), c = hn::LoadU(kFour, half + 16),
+                 d = hn::LoadU(kFour, half + 24);
+      if (at == 0)
+        hn::Store(hn::ConcatLowerLower(kFour, hn::InterleaveLower(kFour, c, d), hn::InterleaveLower(kFour, a, b)),
+                  kFour, into + k);
+      else
+        hn::Store(hn::ConcatUpperUpper(kFour, hn::InterleaveUpper(kFour, c, d), hn::InterleaveUpper(kFour, a, b)),
+                  kFour, into + k);
+    }
+    return;
+  }
+#endif
+  for (int k = 0; k < 64; ++k) into[k] = from[k * 8 + at];
+}
+
+/// A side's values, by eight.
 template <int kAxis, class T>
-HWY_INLINE const T* gather(const T* from, int at, T* into) {
-  if (!from) return nullptr;
-  if constexpr (kAxis == 0) return from + at * 64;
-  for (int k = 0; kAxis == 1 && k < 8; ++k) std::memcpy(into + k * 8, from + k * 64 + at * 8, 8 * sizeof(T));
-  for (int k = 0; kAxis == 2 && k < 64; ++k) into[k] = from[k * 8 + at];
-  return into;
+struct SideValues {
+  const T* from;
+  int at;
+  alignas(64) T gathered[kAxis == 2 ? 64 : 1];
+
+  HWY_INLINE SideValues(const T* page, int where) : from(page), at(where) {
+    if constexpr (kAxis == 2)
+      if (page) gather_side(page, where, gathered);
+  }
+  /// From the side's value i on.
+  HWY_INLINE const T* operator()(int i) const {
+    if constexpr (kAxis == 2) return gathered + i;
+    return from + side_row<kAxis>(at, i >> 3) * 8 + (i & 7);
+  }
+};
+
+/// Codes of a side's voxels from i on, in the lowest three bits.
+template <int kAxis>
+HWY_INLINE I codes_of_side(const uint32_t* rows, int at, int i) {
+  if constexpr (kAxis == 2)
+    return hn::BitCast(kIntRow,
+                       hn::Shr(hn::LoadU(kCodeRow, rows + i), hn::Set(kCodeRow, static_cast<uint32_t>(at * 3))));
+  return codes_in_row(rows[side_row<kAxis>(at, i >> 3)], i & 7);
 }
 
 /// What flows into the page through the 64 faces of one side.
-template <int kAxis, bool kOne, bool kLive>
-HWY_INLINE void flow_through_side(const HeatSource& page, const HeatSource& beyond, bool high, const OwnRows& own,
-                                  Faces<kLive>& faces, int32_t* into) {
+template <int kAxis, Content kContent, bool kLive>
+HWY_INLINE void flow_through_side(const HeatSource& page, const HeatSource& beyond, const CodedSide& coded,
+                                  const Meetings& meetings, bool high, const OwnRows& own, Faces<kLive>& faces,
+                                  int32_t* into) {
   if (beyond.closed) {
     std::memset(into, 0, 64 * sizeof(int32_t));
     return;
   }
   const int here = high ? 7 : 0, there = 7 - here;
-  alignas(64) float t[64], resistance[64], share[64], other[64];
-  alignas(64) int32_t heat[64];
-  alignas(64) uint16_t kind[64];
-  const float* own_t = gather<kAxis>(own.t, here, t);
-  const float* own_resistance = kOne ? nullptr : gather<kAxis>(own.resistance, here, resistance);
-  const float* own_shares = kOne ? nullptr : gather<kAxis>(own.share, here, share);
-  const uint16_t* kinds = beyond.kinds ? gather<kAxis>(beyond.kinds->kind, there, kind) : nullptr;
-  const float* other_t = gather<kAxis>(beyond.temperature, there, other);
-  if (!other_t) {
-    temperatures_of(beyond, gather<kAxis>(beyond.heat, there, heat), kinds, 64, other);
-    other_t = other;
+  const SideValues<kAxis, float> own_t(own.t, here);
+  // Find how warm it is beyond.
+  alignas(64) float other[64];
+  const bool beyond_coded = beyond.kinds && beyond.kinds->is_coded;
+  const SideValues<kAxis, uint16_t> kinds(beyond.kinds && !beyond_coded ? beyond.kinds->kind : nullptr, there);
+  const auto kinds_beyond = [&](int i) {
+    return beyond_coded ? codes_of_side<kAxis>(beyond.kinds->code_row, there, i) : kinds_at(kinds(i));
+  };
+  if (beyond.temperature) {
+    const SideValues<kAxis, float> warm(beyond.temperature, there);
+    for (int i = 0; i < 64; i += kStep) hn::Store(hn::LoadU(kRow, warm(i)), kRow, other + i);
+  } else {
+    const SideValues<kAxis, int32_t> heat(beyond.heat ? beyond.heat : kNoHeats, there);
+    with_warmth(beyond, [&](auto warmth) {
+      for (int i = 0; i < 64; i += kStep)
+        hn::Store(warmth(hn::LoadU(kIntRow, heat(i)), [&] { return kinds_beyond(i); }), kRow, other + i);
+    });
   }
   const auto each = [&](auto conductance) {
     for (int i = 0; i < 64; i += kStep)
-      hn::StoreU(faces.flow(hn::LoadU(kRow, own_t + i), hn::LoadU(kRow, other_t + i), conductance(i)), kIntRow,
-                 into + i);
+      hn::Store(faces.flow(hn::LoadU(kRow, own_t(i)), hn::Load(kRow, other + i), conductance(i)), kIntRow, into + i);
   };
   const V r_page = hn::Set(kRow, page.all.resistance), share_page = hn::Set(kRow, page.all.share);
   const V r_beyond = hn::Set(kRow, beyond.all.resistance), share_beyond = hn::Set(kRow, beyond.all.share);
-  const auto own_r = [&](int i) {
-    if constexpr (kOne) return r_page;
-    return hn::LoadU(kRow, own_resistance + i);
-  };
-  const auto own_share = [&](int i) {
-    if constexpr (kOne) return share_page;
-    return hn::LoadU(kRow, own_shares + i);
-  };
-  if (kinds) {
-    const Numbers r(*beyond.kinds, kResistance), capacity(*beyond.kinds, kShare);
-    each([&](int i) {
-      const I n = kinds_at(kinds + i);
-      return faces.between(own_r(i), own_share(i), r(n), capacity(n));
-    });
-  } else if (kOne) {
+  if (kContent == Content::one && !beyond.kinds) {
     const Conductance all = faces.between(r_page, share_page, r_beyond, share_beyond);
-    each([&](int) { return all; });
-  } else {
-    each([&](int i) { return faces.between(own_r(i), own_share(i), r_beyond, share_beyond); });
+    return each([&](int) { return all; });
   }
+  if (kContent != Content::many && coded.is_known) {
+    const Eight g(meetings.g()), share(meetings.share()), code(coded.code);
+    const auto meet = [&](int i) {
+      const I k = beyond.kinds ? codes_of_side<kAxis>(beyond.kinds->code_row, there, i) : hn::Zero(kIntRow);
+      I sum = hn::BitCast(kIntRow, code(k));
+      if constexpr (kContent == Content::coded) sum = hn::Add(sum, codes_of_side<kAxis>(page.kinds->code_row, here, i));
+      return Conductance{g(sum), share(sum)};
+    };
+    return each(meet);
+  }
+  // Each voxel here has its own numbers, or those of its kind.
+  const SideValues<kAxis, float> own_r(kContent == Content::many ? own.resistance : nullptr, here);
+  const SideValues<kAxis, float> own_share(kContent == Content::many ? own.share : nullptr, here);
+  alignas(32) static constexpr float kNone[8] = {};
+  const Eight few_r(kContent == Content::coded ? page.kinds->few[kResistance] : kNone);
+  const Eight few_share(kContent == Content::coded ? page.kinds->few[kShare] : kNone);
+  const auto with_own = [&](int i, V r, V share) {
+    if constexpr (kContent == Content::one) return faces.between(r_page, share_page, r, share);
+    if constexpr (kContent == Content::many)
+      return faces.between(hn::LoadU(kRow, own_r(i)), hn::LoadU(kRow, own_share(i)), r, share);
+    const I k = codes_of_side<kAxis>(page.kinds->code_row, here, i);
+    return faces.between(few_r(k), few_share(k), r, share);
+  };
+  if (!beyond.kinds) return each([&](int i) { return with_own(i, r_beyond, share_beyond); });
+  const Numbers r(*beyond.kinds, kResistance), capacity(*beyond.kinds, kShare);
+  each([&](int i) {
+    const I n = kinds_beyond(i);
+    return with_own(i, r(n), capacity(n));
+  });
 }
 
 HWY_INLINE void negate(const int32_t* from, int count, int32_t* into) {
   for (int i = 0; i < count; i += kStep) hn::StoreU(hn::Neg(hn::LoadU(kIntRow, from + i)), kIntRow, into + i);
 }
 
-HWY_INLINE uint64_t bits_of(hn::Mask<IntRow> mask) {
+/// Bit k: lane k isn't 0.
+HWY_INLINE uint64_t bits_not_zero(I v) {
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX2
+  const __m256i zero = _mm256_cmpeq_epi32(v.raw, _mm256_setzero_si256());
+  return static_cast<uint64_t>(~_mm256_movemask_ps(_mm256_castsi256_ps(zero)) & 0xff);
+#else
   uint8_t bits[8] = {};
-  hn::StoreMaskBits(kIntRow, mask, bits);
+  hn::StoreMaskBits(kIntRow, hn::Ne(v, hn::Zero(kIntRow)), bits);
   return bits[0];
+#endif
+}
+
+/// Lane k of what it returns is lane k - 1 of v, and lane 0 the last.
+HWY_INLINE I turned(I v) {
+  alignas(32) static constexpr int32_t kBefore[2][8] = {{7, 0, 1, 2, 3, 4, 5, 6}, {3, 0, 1, 2}};
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX2
+  return I{_mm256_permutevar8x32_epi32(v.raw, hn::Load(kIntRow, kBefore[0]).raw)};
+#else
+  if constexpr (kLanes == 1) return v;
+  return hn::TableLookupLanes(v, hn::SetTableIndices(kIntRow, kBefore[kLanes == 8 ? 0 : 1]));
+#endif
+}
+HWY_INLINE I with_first(I v, I first) {
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX2
+  return I{_mm256_blend_epi32(v.raw, first.raw, 1)};
+#else
+  return hn::IfThenElse(hn::FirstN(kIntRow, 1), first, v);
+#endif
+}
+HWY_INLINE I with_last(I v, I last) {
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX2
+  return I{_mm256_blend_epi32(v.raw, last.raw, 0x80)};
+#else
+  return hn::IfThenElse(hn::FirstN(kIntRow, kLanes - 1), v, last);
+#endif
 }
 
 /// Which sides of the page something changed at, and how much.
@@ -172,80 +343,109 @@ HeatResult result_of(const world::LeafMask& changed) {
   return result;
 }
 
-/// What isn't there is not asked for.
-HWY_INLINE void fetch(const int32_t* from, int offset) {
-  if (from) __builtin_prefetch(from + offset);
-}
+/// Sums of the codes of neighbours within a page, in rows; where the neighbour is beyond a side, they mean nothing.
+struct alignas(64) MeetingRows {
+  uint32_t across_x[64], across_y[64], across_z[64];
+
+  HWY_INLINE void find(const uint32_t* rows) {
+    for (int k = 0; k < 64; ++k) across_z[k] = rows[k] + (rows[k] >> 3);
+    for (int k = 0; k < 56; ++k) across_x[k] = rows[k] + rows[k + 8];
+    for (int k = 0; k < 63; ++k) across_y[k] = rows[k] + rows[k + 1];
+  }
+};
 
 /// Every face once: what flows into one voxel flows out of the other.
-template <bool kOne, bool kLive>
-HWY_INLINE HeatResult conduct_page(const HeatSource& page, const HeatSource* sides, const HeatStep& step,
-                                   const OwnRows& own, int32_t* heat, const HeatAhead& ahead) {
+template <Content kContent, bool kLive>
+HWY_INLINE HeatResult conduct_page(const HeatSource& page, const HeatSource* sides, const CodedSide* coded,
+                                   const Kinds& kinds, const HeatStep& step, const OwnRows& own, int32_t* heat,
+                                   const HeatAhead& ahead) {
   Faces<kLive> faces(step);
+  Meetings meetings;
+  if (kContent == Content::coded || kinds.count > 1) meetings.find(kinds, faces);
   alignas(64) int32_t side[6][64];
-  flow_through_side<0, kOne>(page, sides[0], false, own, faces, side[0]);
-  flow_through_side<0, kOne>(page, sides[1], true, own, faces, side[1]);
-  flow_through_side<1, kOne>(page, sides[2], false, own, faces, side[2]);
-  flow_through_side<1, kOne>(page, sides[3], true, own, faces, side[3]);
-  flow_through_side<2, kOne>(page, sides[4], false, own, faces, side[4]);
-  flow_through_side<2, kOne>(page, sides[5], true, own, faces, side[5]);
-
-  const Conductance all = faces.between(page.all, page.all);
-  const auto between = [&](int i, int j) {
-    if constexpr (kOne) return all;
-    return faces.between(hn::Load(kRow, own.resistance + i), hn::Load(kRow, own.share + i),
-                         hn::LoadU(kRow, own.resistance + j), hn::LoadU(kRow, own.share + j));
+  const auto through = [&]<int kAxis>(int face) {
+    flow_through_side<kAxis, kContent>(page, sides[face], coded[face], meetings, face & 1, own, faces, side[face]);
   };
-  // Faces across z, row by row: nine of a row, the outer two of them found above. In memory, so that shifting them by a
-  // voxel is a load.
-  alignas(64) int32_t along[64 * kPitch];
-  static constexpr float kInner[8] = {1, 1, 1, 1, 1, 1, 1, 0};
-  for (int row = 0; row < 64; ++row) {
-    if (row % 2 == 0) fetch(ahead.own, row * 8);
-    if (row % 16 == 0) fetch(ahead.low_x, 7 * 64 + row);
-    if (row % 16 == 1) fetch(ahead.high_x, row);
-    if (row % 8 == 0) fetch(ahead.high_y, row * 8);
-    for (int z = 0; z < 8; z += kStep) {
-      const int i = row * 8 + z;
+  through.template operator()<0>(0), through.template operator()<0>(1);
+  through.template operator()<1>(2), through.template operator()<1>(3);
+  through.template operator()<2>(4), through.template operator()<2>(5);
+
+  // Between the voxel i, in a row, and the voxel j.
+  const Conductance all = faces.between(page.all, page.all);
+  MeetingRows meets;
+  if constexpr (kContent == Content::coded) meets.find(page.kinds->code_row);
+  const Eight g(meetings.g()), share(meetings.share());
+  const auto between = [&](const uint32_t* codes, int i, int j) {
+    if constexpr (kContent == Content::one) return all;
+    if constexpr (kContent == Content::many)
+      return faces.between(hn::Load(kRow, own.resistance + i), hn::Load(kRow, own.share + i),
+                           hn::LoadU(kRow, own.resistance + j), hn::LoadU(kRow, own.share + j));
+    const I sum = codes_in_row(codes[i >> 3], i & 7);
+    return Conductance{g(sum), share(sum)};
+  };
+  // Faces across y and x are kept from the row and the plane before, those across z from a lane to the next.
+  constexpr int kPieces = 8 / kStep;
+  alignas(64) int32_t behind[64];
+  I below[kPieces];
+  negate(side[0], 64, behind), negate(side[2], 64, side[2]), negate(side[4], 64, side[4]);
+  const int32_t* before = page.heat ? page.heat : kNoHeats;
+  // What isn't there is not asked for: own numbers are here already.
+  const auto or_own = [&](const int32_t* from) { return from ? from : reinterpret_cast<const int32_t*>(own.t); };
+  const int32_t *next_own = or_own(ahead.own), *next_low_x = or_own(ahead.low_x), *next_high_x = or_own(ahead.high_x),
+                *next_high_y = or_own(ahead.high_y), *next_into = or_own(ahead.into);
+  const ThermalKinds* next_kinds[3] = {ahead.own_kinds, ahead.high_x_kinds, ahead.high_y_kinds};
+  const auto each_row = [&](int x, auto y, auto is_last_plane, uint64_t& word) __attribute__((always_inline)) {
+    const int row = x * 8 + y;
+    if (y % 2 == 0) __builtin_prefetch(next_own + row * 8), __builtin_prefetch(next_into + row * 8, 1);
+    if (y == 1) __builtin_prefetch(next_high_x + x * 8), __builtin_prefetch(next_high_y + x * 64);
+    if (y == 3) __builtin_prefetch(next_low_x + 7 * 64 + x * 8);
+    if (y == 5)
+      for (const ThermalKinds* beside : next_kinds)
+        if (beside) __builtin_prefetch(reinterpret_cast<const char*>(beside) + x * 64);
+    I last = hn::Set(kIntRow, side[4][row]);
+    for (int piece = 0; piece < kPieces; ++piece) {
+      const int z = piece * kStep, i = row * 8 + z;
+      const bool ends = piece == kPieces - 1;
       const V t = hn::Load(kRow, own.t + i);
       V next = hn::LoadU(kRow, own.t + i + 1);
-      if constexpr (kLive)  // The last isn't a face, and mustn't count.
-        next = hn::IfThenElse(hn::Gt(hn::LoadU(kRow, kInner + z), hn::Zero(kRow)), next, t);
-      hn::StoreU(faces.flow(t, next, between(i, i + 1)), kIntRow, along + row * kPitch + 1 + z);
+      if (kLive && ends)  // The last isn't a face, and mustn't count.
+        next = hn::BitCast(kRow, with_last(hn::BitCast(kIntRow, next), hn::BitCast(kIntRow, t)));
+      I above_z = faces.flow(t, next, between(meets.across_z, i, i + 1));
+      if (ends) above_z = with_last(above_z, hn::Set(kIntRow, side[5][row]));
+      const I shifted = turned(above_z);
+      const I below_z = with_first(shifted, last);
+      last = shifted;
+      const I above_x = is_last_plane
+                            ? hn::Load(kIntRow, side[1] + y * 8 + z)
+                            : faces.flow(t, hn::Load(kRow, own.t + i + 64), between(meets.across_x, i, i + 64));
+      const I above_y = y == 7 ? hn::Load(kIntRow, side[3] + x * 8 + z)
+                               : faces.flow(t, hn::Load(kRow, own.t + i + 8), between(meets.across_y, i, i + 8));
+      const I net =
+          hn::Add(hn::Add(hn::Sub(above_x, hn::Load(kIntRow, behind + y * 8 + z)), hn::Sub(above_y, below[piece])),
+                  hn::Sub(above_z, below_z));
+      hn::Store(above_x, kIntRow, behind + y * 8 + z);
+      below[piece] = above_y;
+      const I after = hn::Add(hn::LoadU(kIntRow, before + i), net);
+      hn::Store(after, kIntRow, heat + i);
+      word |= bits_not_zero(net) << (y * 8 + z);
     }
-    along[row * kPitch] = -side[4][row];
-    along[row * kPitch + 8] = side[5][row];
-  }
-  // Faces across y and x are kept from the row and the plane before.
-  alignas(64) int32_t behind[64], below[8];
-  negate(side[0], 64, behind);
-  static constexpr int32_t kNoHeat[kVoxels] = {};
-  const int32_t* before = page.heat ? page.heat : kNoHeat;
+  };
   world::LeafMask changed;
-  for (int x = 0; x < 8; ++x) {
-    negate(side[2] + x * 8, 8, below);
+  const auto each_plane = [&](int x, auto is_last_plane) __attribute__((always_inline)) {
+    for (int piece = 0; piece < kPieces; ++piece) below[piece] = hn::Load(kIntRow, side[2] + x * 8 + piece * kStep);
     uint64_t word = 0;
-    for (int y = 0; y < 8; ++y)
-      for (int z = 0; z < 8; z += kStep) {
-        const int row = x * 8 + y, i = row * 8 + z;
-        if (z == 0 && y % 2 == 0 && ahead.into) __builtin_prefetch(ahead.into + i, 1);
-        const V t = hn::Load(kRow, own.t + i);
-        const I across_x = x == 7 ? hn::LoadU(kIntRow, side[1] + y * 8 + z)
-                                  : faces.flow(t, hn::Load(kRow, own.t + i + 64), between(i, i + 64));
-        const I across_y = y == 7 ? hn::LoadU(kIntRow, side[3] + x * 8 + z)
-                                  : faces.flow(t, hn::Load(kRow, own.t + i + 8), between(i, i + 8));
-        const I along_z =
-            hn::Sub(hn::LoadU(kIntRow, along + row * kPitch + 1 + z), hn::LoadU(kIntRow, along + row * kPitch + z));
-        const I net = hn::Add(hn::Add(hn::Sub(across_x, hn::LoadU(kIntRow, behind + y * 8 + z)),
-                                      hn::Sub(across_y, hn::LoadU(kIntRow, below + z))),
-                              along_z);
-        hn::StoreU(across_x, kIntRow, behind + y * 8 + z);
-        hn::StoreU(across_y, kIntRow, below + z);
-        hn::StoreU(hn::Add(hn::LoadU(kIntRow, before + i), net), kIntRow, heat + i);
-        word |= (bits_of(hn::Ne(net, hn::Zero(kIntRow)))) << (y * 8 + z);
+    // Rows of what is common are written out: counting them cost a third.
+    if constexpr (kLive || kContent == Content::many)
+      for (int y = 0; y < 8; ++y) each_row(x, y, is_last_plane, word);
+    else
+      [&]<int... kY>(std::integer_sequence<int, kY...>) __attribute__((always_inline)) {
+        (each_row(x, std::integral_constant<int, kY>(), is_last_plane, word), ...);
       }
+    (std::make_integer_sequence<int, 8>());
     changed.word[x] = word;
-  }
+  };
+  for (int x = 0; x < 7; ++x) each_plane(x, std::false_type());
+  each_plane(7, std::true_type());
   HeatResult result = result_of(changed);
   if constexpr (kLive) {
     result.flows = !hn::AllTrue(kRow, hn::Lt(faces.now, hn::Set(kRow, 1.0f)));
@@ -264,23 +464,32 @@ bool is_even(const HeatSource& page, const HeatSource* sides) {
 }
 
 /// Whether something may flow in another phase is asked only where nothing changes in this one.
-template <bool kOne>
-HWY_INLINE HeatResult conduct_material(const HeatSource& page, const HeatSource* sides, const HeatStep& step,
-                                       int32_t* heat, const HeatAhead& ahead) {
+template <Content kContent>
+HWY_INLINE HeatResult conduct_content(const HeatSource& page, const HeatSource* sides, const HeatStep& step,
+                                      int32_t* heat, const HeatAhead& ahead) {
+  Kinds kinds;
+  CodedSide coded[6];
+  if constexpr (kContent == Content::one) kinds.add(page.all.resistance, page.all.share);
+  if constexpr (kContent == Content::coded)
+    for (int k = 0; k < page.kinds->count; ++k)
+      kinds.add(page.kinds->few[kResistance][code_of(k)], page.kinds->few[kShare][code_of(k)]);
+  for (int f = 0; f < 6 && kContent != Content::many; ++f)
+    if (kContent == Content::coded || sides[f].kinds) coded[f].find(sides[f], kinds);
   OwnRows own;
-  read_own<kOne>(page, own);
+  read_own<kContent>(page, own);
   if (step.limit == 1.0f) {
-    const HeatResult result = conduct_page<kOne, false>(page, sides, step, own, heat, ahead);
+    const HeatResult result = conduct_page<kContent, false>(page, sides, coded, kinds, step, own, heat, ahead);
     if (result.flows) return result;
   }
-  return conduct_page<kOne, true>(page, sides, step, own, heat, ahead);
+  return conduct_page<kContent, true>(page, sides, coded, kinds, step, own, heat, ahead);
 }
 
 HeatResult Conduct(const HeatSource& page, const HeatSource* sides, const HeatStep& step, int32_t* heat,
                    const HeatAhead& ahead) {
   if (is_even(page, sides)) return {};
-  return page.kinds ? conduct_material<false>(page, sides, step, heat, ahead)
-                    : conduct_material<true>(page, sides, step, heat, ahead);
+  if (!page.kinds) return conduct_content<Content::one>(page, sides, step, heat, ahead);
+  return page.kinds->is_coded ? conduct_content<Content::coded>(page, sides, step, heat, ahead)
+                              : conduct_content<Content::many>(page, sides, step, heat, ahead);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -291,6 +500,26 @@ HWY_AFTER_NAMESPACE();
 namespace sim {
 
 HWY_EXPORT(Conduct);
+
+void ThermalKinds::finish() {
+  static_assert(offsetof(ThermalKinds, kind) == kHotBytes);
+  is_coded = all.size() <= 3;
+  count = is_coded ? static_cast<int>(all.size()) : 0;
+  if (all.size() == 3) {
+    all.push_back(all[2]);
+    for (uint16_t& k : kind) k = static_cast<uint16_t>(k + k / 2);
+  }
+  for (size_t row = 0; is_coded && row < std::size(code_row); ++row) {
+    code_row[row] = 0;
+    for (size_t z = 0; z < 8; ++z) code_row[row] |= static_cast<uint32_t>(kind[row * 8 + z]) << (z * 3);
+  }
+  limited = std::any_of(all.begin(), all.end(), is_limited);
+  for (size_t n = 0; n < std::size(few[0]); ++n) {
+    const ThermalVoxel& v = all[std::min(n, all.size() - 1)];
+    const float fields[] = {v.inverse, v.born, v.low, v.high, v.resistance, v.share};
+    for (size_t f = 0; f < std::size(fields); ++f) few[f][n] = fields[f];
+  }
+}
 
 HeatResult conduct(const HeatSource& page, const HeatSource* sides, const HeatStep& step, int32_t* heat,
                    const HeatAhead& ahead) {

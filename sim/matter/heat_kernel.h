@@ -14,7 +14,8 @@
 /// 1/64 unit a step.
 ///
 /// Each face within a page is found once, those of its sides from both pages. What a voxel is comes from a table of the
-/// page's kinds, which is a register where there are at most eight.
+/// page's kinds, which is a register where there are at most eight. Where at most three kinds meet in and around a
+/// page, g and share come from such tables too, by a face's two kinds: dividing cost as much as all the rest.
 /// cost   measured by `loam bench run matter`
 #pragma once
 
@@ -33,12 +34,21 @@ inline bool is_limited(const ThermalVoxel& v) {
   return v.born != 0 || v.low > -1e9f || v.high < 1e9f || v.inverse > 0.4f;
 }
 
-/// A page that isn't of one material: what its voxels are, by number. About 1.3 KB, and 24 bytes a kind.
+/// A page that isn't of one material: what its voxels are, by number. 1.6 KB, and 24 bytes a kind; a step reads no more
+/// than the first kHotBytes where there are at most three kinds.
 struct ThermalKinds {
-  alignas(64) uint16_t kind[world::kLeafVoxels];
-  alignas(64) float few[6][8];  // the first eight kinds, by field: as vectors
+  static constexpr size_t kHotBytes = 512;
+  alignas(64) float few[6][8];        // the first eight kinds, by field: as vectors
+  alignas(64) uint32_t code_row[64];  // where is_coded: of a row along z, three bits a voxel
   std::vector<ThermalVoxel> all;
   bool limited = false;  // any of them
+  /// At most three kinds, with numbers 0, 1 and 3 (2 is the same as 3): their sums say which two meet.
+  bool is_coded = false;
+  int count = 0;  // of kinds, where is_coded
+  alignas(64) uint16_t kind[world::kLeafVoxels];
+
+  /// Tables from `kind` and `all`.
+  void finish();
 };
 
 /// A page as heat sees it.
@@ -70,9 +80,11 @@ struct HeatAhead {
   const int32_t* own = nullptr;  // heats of the page, and of sides[0], [1] and [3]
   const int32_t *low_x = nullptr, *high_x = nullptr, *high_y = nullptr;
   const int32_t* into = nullptr;
+  // Of the page, and of sides[1] and [3].
+  const ThermalKinds *own_kinds = nullptr, *high_x_kinds = nullptr, *high_y_kinds = nullptr;
 };
 
-/// `sides[face]`: the pages across. `heat`: what the page holds after the step, where something flows.
+/// `sides[face]`: the pages across. `heat`: what the page holds after the step, where something flows; on 64 bytes.
 HeatResult conduct(const HeatSource& page, const HeatSource* sides, const HeatStep& step, int32_t* heat,
                    const HeatAhead& ahead = {});
 /// Whether anything may flow through one side of the page, in any phase.

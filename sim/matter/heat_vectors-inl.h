@@ -21,9 +21,11 @@ namespace hn = hwy::HWY_NAMESPACE;
 // A row of a leaf along z at most.
 using Row = hn::CappedTag<float, 8>;
 using IntRow = hn::RebindToSigned<Row>;
+using CodeRow = hn::RebindToUnsigned<Row>;
 using KindRow = hn::Rebind<uint16_t, Row>;
 constexpr Row kRow;
 constexpr IntRow kIntRow;
+constexpr CodeRow kCodeRow;
 constexpr KindRow kKindRow;
 using V = hn::Vec<Row>;
 using I = hn::Vec<IntRow>;
@@ -31,64 +33,93 @@ constexpr size_t kLanes = hn::MaxLanes(kRow);
 
 HWY_INLINE I kinds_at(const uint16_t* kind) { return hn::PromoteTo(kIntRow, hn::LoadU(kKindRow, kind)); }
 
-/// One number of voxels, by their kinds. Made before a loop: the table stays in a register.
+/// The numbers of a coded row's voxels from z on, in the lowest three bits; what lies above them isn't theirs.
+HWY_INLINE I codes_in_row(uint32_t row, int z) {
+  alignas(32) static constexpr uint32_t kShift[8] = {0, 3, 6, 9, 12, 15, 18, 21};
+  return hn::BitCast(kIntRow, hn::Shr(hn::Set(kCodeRow, row), hn::LoadU(kCodeRow, kShift + z)));
+}
+
+/// Eight numbers, of which the lowest three bits of a lane name one. Made before a loop: they stay in a register.
+class Eight {
+ public:
+  /// `from`: eight of them, on 32 bytes.
+  HWY_INLINE explicit Eight(const float* from) : from_(from), table_(hn::Load(kRow, from)) {}
+  HWY_INLINE V operator()(I k) const {
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX2
+    return V{_mm256_permutevar8x32_ps(table_.raw, k.raw)};
+#else
+    return hn::GatherIndex(kRow, from_, hn::And(k, hn::Set(kIntRow, 7)));
+#endif
+  }
+
+ private:
+  const float* from_;
+  V table_;
+};
+
+/// One number of voxels, by their kinds.
 class Numbers {
  public:
   HWY_INLINE Numbers(const ThermalKinds& kinds, ThermalField field)
-      : few_(kinds.all.size() <= 8), from_(&kinds.all[0].inverse + field), table_(hn::Zero(kRow)) {
+      : few_(kinds.all.size() <= 8), from_(&kinds.all[0].inverse + field), eight_(kinds.few[field]) {
     static_assert(sizeof(ThermalVoxel) == 6 * sizeof(float));
-    if constexpr (kLanes == 8) table_ = hn::Load(kRow, kinds.few[field]);
   }
   HWY_INLINE V operator()(I kind) const {
-    if constexpr (kLanes == 8)
-      if (few_) return hn::TableLookupLanes(table_, hn::IndicesFromVec(kRow, kind));
+    if (few_) return eight_(kind);
     return hn::GatherIndex(kRow, from_, hn::Mul(kind, hn::Set(kIntRow, 6)));
   }
 
  private:
   bool few_;
   const float* from_;
-  V table_;
+  Eight eight_;
 };
 
-/// Temperatures of `count` voxels, a multiple of 8, by their heats (null: none) and, in a page that isn't of one
-/// material, their kinds. Loops of their own for what is common: a check in each row would cost as much as the rest.
-HWY_INLINE void temperatures_of(const HeatSource& s, const int32_t* heat, const uint16_t* kind, int count,
-                                float* into) {
-  const auto each = [&](auto one) {
-    for (int i = 0; i < count; i += static_cast<int>(kLanes)) hn::StoreU(one(i), kRow, into + i);
-  };
-  const auto heats = [&](int i) { return hn::ConvertTo(kRow, hn::LoadU(kIntRow, heat + i)); };
+/// Calls use(warmth), where warmth(heats, kinds) are temperatures; kinds are asked for in a page that isn't of one
+/// material only. Made before a loop: a check in each row would cost as much as the rest.
+template <class Use>
+HWY_INLINE void with_warmth(const HeatSource& s, Use use) {
+  const auto clamp = [](V t, V low, V high) { return hn::Min(hn::Max(t, low), high); };
+  const auto number = [](I heat) { return hn::ConvertTo(kRow, heat); };
   if (const ThermalKinds* kinds = s.kinds) {
     const Numbers inverse(*kinds, kInverse), born(*kinds, kBorn), low(*kinds, kLow), high(*kinds, kHigh);
-    const auto limited = [&](V t, I k) { return hn::Min(hn::Max(hn::Add(t, born(k)), low(k)), high(k)); };
-    if (heat && !kinds->limited)
-      each([&](int i) { return hn::Mul(heats(i), inverse(kinds_at(kind + i))); });
-    else if (heat)
-      each([&](int i) {
-        const I k = kinds_at(kind + i);
-        return limited(hn::Mul(heats(i), inverse(k)), k);
+    if (kinds->limited)
+      use([&](I heat, auto kind) {
+        const I k = kind();
+        return clamp(hn::Add(hn::Mul(number(heat), inverse(k)), born(k)), low(k), high(k));
       });
     else
-      each([&](int i) { return limited(hn::Zero(kRow), kinds_at(kind + i)); });
+      use([&](I heat, auto kind) { return hn::Mul(number(heat), inverse(kind())); });
     return;
   }
   const V inverse = hn::Set(kRow, s.all.inverse), born = hn::Set(kRow, s.all.born), low = hn::Set(kRow, s.all.low),
           high = hn::Set(kRow, s.all.high);
-  if (heat && !is_limited(s.all))
-    each([&](int i) { return hn::Mul(heats(i), inverse); });
-  else if (heat)
-    each([&](int i) { return hn::Min(hn::Max(hn::Add(hn::Mul(heats(i), inverse), born), low), high); });
+  if (is_limited(s.all))
+    use([&](I heat, auto) { return clamp(hn::Add(hn::Mul(number(heat), inverse), born), low, high); });
   else
-    each([&](int) { return hn::Min(hn::Max(born, low), high); });
+    use([&](I heat, auto) { return hn::Mul(number(heat), inverse); });
 }
 
-/// Of `count` voxels of a page from index i on, multiples of 8.
+alignas(64) inline constexpr int32_t kNoHeats[world::kLeafVoxels] = {};
+
+/// Temperatures of `count` voxels of a page from index i on, multiples of 8.
 HWY_INLINE void page_temperatures(const HeatSource& s, int i, int count, float* into) {
-  if (s.temperature)
+  if (s.temperature) {
     std::memcpy(into, s.temperature + i, static_cast<size_t>(count) * sizeof(float));
-  else
-    temperatures_of(s, s.heat ? s.heat + i : nullptr, s.kinds ? s.kinds->kind + i : nullptr, count, into);
+    return;
+  }
+  const int32_t* heat = s.heat ? s.heat : kNoHeats;
+  const bool coded = s.kinds && s.kinds->is_coded;
+  with_warmth(s, [&](auto warmth) {
+    const auto each = [&](auto kind) {
+      for (int k = i; k < i + count; k += static_cast<int>(kLanes))
+        hn::StoreU(warmth(hn::LoadU(kIntRow, heat + k), [&] { return kind(k); }), kRow, into + k - i);
+    };
+    if (coded)
+      each([&](int k) { return codes_in_row(s.kinds->code_row[k >> 3], k & 7); });
+    else
+      each([&](int k) { return kinds_at(s.kinds->kind + k); });
+  });
 }
 HWY_INLINE void page_numbers(const HeatSource& s, ThermalField field, int i, int count, float* into) {
   const auto each = [&](auto one) {

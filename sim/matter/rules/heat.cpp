@@ -100,7 +100,6 @@ void Heat::prepare(const Cells& cells, PageId p) {
   if (!page.kinds) page.kinds = std::make_unique<ThermalKinds>();
   ThermalKinds& k = *page.kinds;
   k.all.clear();
-  k.limited = false;
   // Found by a hash of block and amount: water may have as many amounts as voxels.
   constexpr uint32_t kSlots = 1024, kNobody = 0xffffffff;
   std::array<uint32_t, kSlots> of;
@@ -117,15 +116,10 @@ void Heat::prepare(const Cells& cells, PageId p) {
     if (of[slot] == kNobody) {
       of[slot] = what, number[slot] = static_cast<uint16_t>(k.all.size());
       k.all.push_back(thermal_->voxel(ids[i], amount(i)));
-      k.limited |= is_limited(k.all.back());
     }
     k.kind[i] = number[slot];
   }
-  for (size_t n = 0; n < std::size(k.few[0]); ++n) {
-    const ThermalVoxel& v = k.all[std::min(n, k.all.size() - 1)];
-    const float fields[] = {v.inverse, v.born, v.low, v.high, v.resistance, v.share};
-    for (size_t f = 0; f < std::size(fields); ++f) k.few[f][n] = fields[f];
-  }
+  k.finish();
 }
 
 /// Written in place: a copy of parts that were just stored waits for all of them.
@@ -218,7 +212,10 @@ void Heat::conduct_explicit(Cells& cells, const HeatStep& step) {
                                .low_x = cells.find_heats(around[kFacePage[0]]),
                                .high_x = cells.find_heats(around[kFacePage[1]]),
                                .high_y = cells.find_heats(around[kFacePage[3]]),
-                               .into = heats_[next]->data()};
+                               .into = heats_[next]->data(),
+                               .own_kinds = pages_[list_[next]].kinds.get(),
+                               .high_x_kinds = pages_[around[kFacePage[1]]].kinds.get(),
+                               .high_y_kinds = pages_[around[kFacePage[3]]].kinds.get()};
       results_[n] = conduct(page, sides, step, heats_[n]->data(), ahead);
     }
   });

@@ -44,10 +44,10 @@ const char* patchwork(VoxelPos v) {
 
 // ---- the kernel --------------------------------------------------------------------------------------------------
 
-TEST(Heat, EqualsConductionVoxelByVoxel) {
+void expect_conduction_voxel_by_voxel(const std::function<const char*(VoxelPos)>& block) {
   // Closed all around: what is outside is air, which the dense box must hold too.
   const VoxelBox inner{{8, 8, 8}, {23, 23, 23}};
-  World world = world_of(inner, patchwork);
+  World world = world_of(inner, block);
   MatterOptions options;
   options.knobs = knobs_of(HeatScheme::explicit_steps, 400);
   RuleAlone rule(world, "heat", options);
@@ -68,6 +68,19 @@ TEST(Heat, EqualsConductionVoxelByVoxel) {
         for (int z = 0; z < 32; ++z)
           ASSERT_EQ(rule.heat({x, y, z}), dense.heat({x, y, z})) << tick << ' ' << x << ' ' << y << ' ' << z;
   }
+}
+
+TEST(Heat, EqualsConductionVoxelByVoxel) { expect_conduction_voxel_by_voxel(patchwork); }
+
+TEST(Heat, EqualsItInPagesOfOneToFourKindsBesideOthers) {
+  // Each page has its own choice: what meets at a side are three kinds, or more.
+  for (int seed = 0; seed < 6; ++seed)
+    expect_conduction_voxel_by_voxel([&](VoxelPos v) {
+      constexpr const char* kNames[] = {"granite", "copper_block", "air", "ice"};
+      const uint64_t page = world::random_bits(static_cast<uint64_t>(seed), v.x >> 3, v.y >> 3, v.z >> 3);
+      const uint64_t pick = world::random_bits(9, v.x, v.y, v.z) % (1 + page % 4);
+      return kNames[(page >> 8 >> pick * 8) % 4];
+    });
 }
 
 TEST(Heat, EnergyIsExactForEveryScheme) {
