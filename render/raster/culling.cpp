@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <tuple>
+
+#include "render/raster/raster.shared.h"
 
 namespace render::raster {
 
@@ -40,19 +43,65 @@ struct SeenChunk {
   PooledChunk* chunk;
   uint32_t page;  // counted over all pools
   uint32_t most_chunks;
+  int level;
+  uint32_t detail;
   double distance;
   bool straddles;
   Vec3d corner;  // relative to the camera
 };
+
+Vec3d from_camera(const Camera& camera, world::VoxelPos cell, int level) {
+  Vec3d corner;
+  for (int a = 0; a < 3; ++a)
+    corner[a] =
+        static_cast<double>((int64_t{cell[a]} << level) - camera.position.voxel[a]) - camera.position.fraction[a];
+  return corner;
+}
+
+double distance_to_chunk(const Camera& camera, world::VoxelPos origin, int level) {
+  const Vec3d corner = from_camera(camera, origin, level);
+  return distance_to_box(corner, corner + std::ldexp(kChunkSize, level));
+}
+
+/// 0..255: how much of a level is drawn at a distance.
+uint32_t share_of_level(double distance, double from) {
+  if (from <= 0) return 255;
+  return static_cast<uint32_t>(255 * std::clamp((distance - from) / ((kBlendBand - 1) * from), 0.0, 1.0));
+}
+
+constexpr uint32_t kNotDrawn = ~0u;
+
+/// Of a chunk, by its distance and by that of the chunk of the next level that holds it: so each place is drawn once,
+/// in one level or in shares of two.
+uint32_t detail_of(const CulledPool& pool, const Camera& camera, world::VoxelPos origin) {
+  uint32_t own = 255, next = 0;
+  if (pool.from > 0) own = share_of_level(distance_to_chunk(camera, origin, pool.level), pool.from);
+  if (own == 0) return kNotDrawn;
+  if (pool.to < kNoNextLevel) {
+    const auto parent = [](int32_t cell) { return (cell >> (kChunkLog2 + 1)) << kChunkLog2; };
+    next = share_of_level(
+        distance_to_chunk(camera, {parent(origin.x), parent(origin.y), parent(origin.z)}, pool.level + 1), pool.to);
+  }
+  if (next == 255) return kNotDrawn;
+  return static_cast<uint32_t>(pool.level) | own << kChunkOwnShift | next << kChunkNextShift;
+}
 
 /// Fewer faces than this in the frustum cost less than the occlusion test.
 constexpr uint64_t kFewFaces = 16384;
 
 }  // namespace
 
+double level_distance(int level, const PixelRays& rays, int height, double error_px) {
+  const double pixels_at_one_metre = height / (2 * rays.tan_half_y);
+  return 0.5 * std::ldexp(1.0, level) * pixels_at_one_metre / error_px;
+}
+
 void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRays& rays, double view_distance,
           bool may_test, DrawList& out) {
   out.chunks.clear();
+  out.pages.clear();
+  out.culled = {};
+  out.blends = false;
   out.draws.clear();
   out.candidates.clear();
   out.clusters.clear();
@@ -69,14 +118,26 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
   uint32_t first_page = 0;
   for (const CulledPool& p : pools) {
     for (PooledChunk& chunk : p.pool->chunks()) {
-      const world::VoxelPos offset = chunk.origin - camera.position.voxel;
-      const Vec3d corner = Vec3d(offset.x, offset.y, offset.z) - camera.position.fraction;
-      const Vec3d low = corner + box_corner(chunk.box.min), high = corner + box_corner(chunk.box.max);
+      if (p.level == 0) out.culled.world += chunk.count;
+      const double scale = std::ldexp(1.0, p.level);
+      const Vec3d corner = from_camera(camera, chunk.origin, p.level);
+      const Vec3d low = corner + scale * box_corner(chunk.box.min), high = corner + scale * box_corner(chunk.box.max);
       const double distance = distance_to_box(low, high);
-      if (distance > view_distance) continue;
+      if (distance > view_distance) {
+        if (p.level == 0) out.culled.distance += chunk.count;
+        continue;
+      }
+      const uint32_t detail = detail_of(p, camera, chunk.origin);
+      if (detail == kNotDrawn) {
+        if (p.level == 0) out.culled.detail += chunk.count;
+        continue;
+      }
       const Frustum::Side side = frustum.side(low, high);
       if (side != Frustum::outside)
-        seen.push_back({&chunk, first_page + chunk.page, p.most_chunks, distance, side == Frustum::straddling, corner});
+        seen.push_back({&chunk, first_page + chunk.page, p.most_chunks, p.level, detail, distance,
+                        side == Frustum::straddling, corner});
+      else if (p.level == 0)
+        out.culled.frustum += chunk.count;
     }
     first_page += static_cast<uint32_t>(p.pool->pages());
   }
@@ -89,25 +150,42 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
   std::vector<uint32_t> instances;  // of each cluster
   for (const SeenChunk& s : seen) {
     const size_t before = out.clusters.size();
+    const double scale = std::ldexp(1.0, s.level);
+    uint64_t ignored = 0;
+    const auto count = [&](uint64_t& of_voxels) -> uint64_t& { return s.level == 0 ? of_voxels : ignored; };
     if (out.chunks.size() >= s.most_chunks) {
       out.left_out += s.chunk->count;
       continue;
     }
     for (FaceCluster& cluster : s.chunk->clusters) {
-      const Vec3d low = s.corner + box_corner(cluster.box.min), high = s.corner + box_corner(cluster.box.max);
+      const Vec3d low = s.corner + scale * box_corner(cluster.box.min),
+                  high = s.corner + scale * box_corner(cluster.box.max);
       const int axis = world::face_axis(cluster.direction % world::kFaces);
       if (cluster.direction < world::kFaces &&
-          (world::face_sign(cluster.direction) > 0 ? low[axis] >= 0 : high[axis] <= 0))
+          (world::face_sign(cluster.direction) > 0 ? low[axis] >= 0 : high[axis] <= 0)) {
+        count(out.culled.back) += cluster.count;
         continue;
-      if (distance_to_box(low, high) > view_distance) continue;
-      if (s.straddles && frustum.side(low, high) == Frustum::outside) continue;
+      }
+      if (distance_to_box(low, high) > view_distance) {
+        count(out.culled.distance) += cluster.count;
+        continue;
+      }
+      if (s.straddles && frustum.side(low, high) == Frustum::outside) {
+        count(out.culled.frustum) += cluster.count;
+        continue;
+      }
+      if (s.level > 0) out.culled.coarse += cluster.count;
       out.clusters.push_back(&cluster);
       instances.push_back(static_cast<uint32_t>(out.chunks.size()));
       faces += cluster.count;
     }
     if (out.clusters.size() == before) continue;
-    const world::VoxelPos offset = s.chunk->origin - camera.position.voxel;
-    out.chunks.push_back({offset.x, offset.y, offset.z, static_cast<int32_t>(s.page)});
+    int32_t at[3];
+    for (int a = 0; a < 3; ++a)
+      at[a] = static_cast<int32_t>((int64_t{s.chunk->origin[a]} << s.level) - camera.position.voxel[a]);
+    out.chunks.push_back({at[0], at[1], at[2], s.detail});
+    out.pages.push_back(s.page);
+    out.blends |= (s.detail >> kChunkOwnShift) != 255;
   }
   const bool test = may_test && faces > kFewFaces;
 
@@ -125,7 +203,7 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
     const FaceCluster* last = nullptr;
     for (size_t i = 0; i < out.clusters.size(); ++i) {
       const FaceCluster& cluster = *out.clusters[i];
-      if (out.chunks[instances[i]].page != static_cast<int32_t>(page) || !in_first[i]) continue;
+      if (out.pages[instances[i]] != page || !in_first[i]) continue;
       out.first_faces += cluster.count;
       if (last && last->first + last->count == cluster.first && out.draws.back().firstInstance == instances[i])
         out.draws.back().indexCount += cluster.count * 6;
@@ -147,11 +225,13 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
     for (size_t i = 0; i < out.clusters.size(); ++i) {
       const FaceCluster& cluster = *out.clusters[i];
       const ChunkCorner& corner = out.chunks[instances[i]];
-      if (corner.page != static_cast<int32_t>(page)) continue;
+      if (out.pages[instances[i]] != page) continue;
+      const int level = static_cast<int>(corner.detail & kChunkLevel);
+      const auto at = [&](int32_t chunk, uint8_t cell) { return chunk + (int32_t{cell} << level); };
       const CornerBox& box = cluster.box;
-      out.candidates[i] = {{corner.x + box.min[0], corner.y + box.min[1], corner.z + box.min[2]},
+      out.candidates[i] = {{at(corner.x, box.min[0]), at(corner.y, box.min[1]), at(corner.z, box.min[2])},
                            -1,
-                           {corner.x + box.max[0], corner.y + box.max[1], corner.z + box.max[2]},
+                           {at(corner.x, box.max[0]), at(corner.y, box.max[1]), at(corner.z, box.max[2])},
                            0};
       if (in_first[i]) continue;
       out.candidates[i].draw = static_cast<int32_t>(out.draws.size());

@@ -2,6 +2,8 @@
 /// look towards the camera, as indirect draws.
 #pragma once
 
+#include <limits>
+#include <span>
 #include <vector>
 
 #include "render/camera.h"
@@ -10,8 +12,8 @@
 namespace render::raster {
 
 struct ChunkCorner {
-  int32_t x, y, z;  // relative to the camera's voxel, exact
-  int32_t page;     // of the pools; the shaders don't read it
+  int32_t x, y, z;  // voxels, relative to the camera's, exact
+  uint32_t detail;  // see kChunkLevel of raster.shared.h
 };
 
 /// The box of a cluster, relative to the camera's voxel, as the occlusion test reads it.
@@ -21,23 +23,48 @@ struct Candidate {
 };
 static_assert(sizeof(Candidate) == 32);
 
+/// A level fades in between `from` and this times it, pixel by pixel, while the one below fades out.
+constexpr double kBlendBand = 1.15;
+
+/// Records of pools, and for what they are not drawn. Faces of a cluster count as one.
+struct CulledFaces {
+  uint64_t world = 0;     // in the level of voxels, all
+  uint64_t distance = 0;  // beyond the view distance, of the level of voxels as the following
+  uint64_t detail = 0;    // coarser levels are drawn there
+  uint64_t frustum = 0, back = 0;
+  uint64_t coarse = 0;  // of coarser levels, in the frustum, that look towards the camera
+  friend bool operator==(const CulledFaces&, const CulledFaces&) = default;
+};
+
 struct DrawList {
   std::vector<ChunkCorner> chunks;  // drawn; firstInstance of a draw is an index
+  std::vector<uint32_t> pages;      // of each chunk, counted over all pools
   /// Draws of the first pass, then of the second, each page by page of the pool.
   std::vector<VkDrawIndexedIndirectCommand> draws;
   std::vector<uint32_t> first_end, second_end;  // of each page, in `draws`
   std::vector<Candidate> candidates;            // empty where no occlusion test is worth it
   std::vector<FaceCluster*> clusters;           // of each candidate
   uint64_t first_faces = 0;                     // drawn by the first pass
-  uint64_t left_out = 0;                        // records in chunks beyond most_chunks
+  CulledFaces culled;
+  bool blends = false;    // some chunk is drawn in part
+  uint64_t left_out = 0;  // records in chunks beyond most_chunks
 };
+
+constexpr double kNoNextLevel = std::numeric_limits<double>::infinity();
 
 /// A pool whose pages follow those of the pools before it in a DrawList.
 struct CulledPool {
   FacePool* pool;
+  int level = 0;                 // cells of 2^level voxels
+  double from = 0;               // m: drawn of chunks at least that far, whole from kBlendBand times it on
+  double to = kNoNextLevel;  // m: `from` of the next level, which takes the place of this one
   uint32_t most_chunks =
       ~0u;  // of it, nearest first: a draw list that is longer leaves out the others' and counts them
 };
+
+/// Distance from which on a level's surfaces, at most half a cell from where they are, lie at most error_px pixels off,
+/// m.
+double level_distance(int level, const PixelRays& rays, int height, double error_px);
 
 /// What of the pools to draw from the camera, `rays` being the camera's at the picture's size. Chunks front to back.
 ///

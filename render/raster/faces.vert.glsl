@@ -11,6 +11,7 @@ layout(binding = kBindFaces, std430) readonly buffer Faces { uvec2 faces[]; };
 layout(binding = kBindChunks, std430) readonly buffer Chunks { ivec4 chunks[]; };
 
 layout(location = 0) flat out uvec2 seen;
+layout(location = 2) flat out uint detail;
 layout(location = 1) flat out vec4 rectangle;  // low u, low v, high u, high v, relative to the camera
 
 void main() {
@@ -18,15 +19,19 @@ void main() {
   const int face = int(face_direction(record.y));
   const int axis = face >> 1;
   const int u = axis == 2 ? 1 : 2, v = axis == 0 ? 1 : 0;
-  const ivec3 voxel = chunks[gl_InstanceIndex].xyz + ivec3(face_voxel(record.x));
-  const int plane = voxel[axis] + (face & 1);
+  const ivec4 chunk = chunks[gl_InstanceIndex];
+  const int level = chunk.w & int(kChunkLevel);
+  detail = uint(chunk.w);
+  const ivec3 voxel = chunk.xyz + (ivec3(face_voxel(record.x)) << level);
+  const int plane = voxel[axis] + ((face & 1) << level);
   const float offset = float(plane) - picture.fraction[axis] - picture.fraction_rest[axis];
-  seen = uvec2(face_block(record.y) | uint(face) << kSeenFaceShift, uint(plane));
+  seen = uvec2(face_block(record.y) | uint(face) << kSeenFaceShift | uint(level) << kSeenLevelShift, uint(plane));
 
   // From integers, so that the common edge of two faces has the same bits in both.
   const vec2 fraction = vec2(picture.fraction[u], picture.fraction[v]);
   const vec2 low = vec2(voxel[u], voxel[v]) - fraction;
-  const vec2 high = vec2(voxel[u] + int(face_width(record.x)), voxel[v] + int(face_height(record.x))) - fraction;
+  const vec2 high = vec2(voxel[u] + (int(face_width(record.x)) << level),
+                         voxel[v] + (int(face_height(record.x)) << level)) - fraction;
   rectangle = vec4(low, high);
 
   // A face that looks away shrinks to a point.

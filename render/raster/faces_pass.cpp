@@ -1,6 +1,7 @@
 #include "render/raster/faces_pass.h"
 
 #include <algorithm>
+#include <array>
 
 #include "faces.frag.spv.h"
 #include "faces.vert.spv.h"
@@ -38,32 +39,47 @@ world::Status FacesPass::fit_indices(PassContext& context, uint32_t largest) {
   return {};
 }
 
-world::Result<const Pipeline*> FacesPass::pipeline(PassContext& context, FaceEdges edges, bool shapes) {
-  Pipeline& found = pipelines_[{edges, shapes}];
+world::Result<const Pipeline*> FacesPass::pipeline(PassContext& context, FaceEdges edges, bool shapes, bool blends) {
+  Pipeline& found = pipelines_[{edges, shapes, blends}];
   if (!found) {
-    const Constant exact{kSpecExactEdges, edges == FaceEdges::exact};
+    const std::array constants{Constant{kSpecExactEdges, edges == FaceEdges::exact}, Constant{kSpecBlends, blends}};
     const GraphicsState state{.colour = {kSeenFormat}, .depth = kDepthFormat};
-    TRY(found, shapes ? make_graphics(context.device, shapes_vert_spv, shapes_frag_spv, state, {&exact, 1})
-                      : make_graphics(context.device, faces_vert_spv, faces_frag_spv, state, {&exact, 1}));
+    TRY(found, shapes ? make_graphics(context.device, shapes_vert_spv, shapes_frag_spv, state, constants)
+                      : make_graphics(context.device, faces_vert_spv, faces_frag_spv, state, constants));
   }
   return &found;
 }
 
 world::Status FacesPass::prepare(PassContext& context, const Drawing& drawing, FrameReport& report) {
-  pool_ = &drawing.faces;
-  shape_pool_ = &drawing.shapes;
-  TRY_STATUS(fit_indices(context, std::max(pool_->largest_chunk(), shape_pool_->largest_chunk())));
-  TRY(cubes_, pipeline(context, drawing.knobs.face_edges, false));
-  shapes_ = nullptr;
-  std::vector<CulledPool> pools{{pool_}};
-  if (!shape_pool_->chunks().empty()) {
-    TRY(shapes_, pipeline(context, drawing.knobs.face_edges, true));
-    TRY_STATUS(table_.prepare(context, drawing));
-    pools.push_back({shape_pool_, kMostShapeChunks});
-  }
   Stopwatch watch;
-  cull(pools, drawing.camera, drawing.rays, drawing.knobs.view_distance, drawing.near >= kNearestForOcclusion, list_);
+  // Level by level: each is drawn where its error on the screen is small enough.
+  const auto distance_of = [&](size_t level) {
+    return level_distance(static_cast<int>(level), drawing.rays, drawing.height, drawing.knobs.lod_error_px);
+  };
+  pools_.clear();
+  uint32_t largest = 0;
+  for (size_t k = 0; k < drawing.faces.size(); ++k) {
+    CulledPool pool{drawing.faces[k], static_cast<int>(k)};
+    if (k > 0) pool.from = distance_of(k);
+    if (k + 1 < drawing.faces.size()) pool.to = distance_of(k + 1);
+    pools_.push_back(pool);
+    largest = std::max(largest, pool.pool->largest_chunk());
+  }
+  const bool any_shapes = !drawing.shapes.chunks().empty();
+  if (any_shapes) {
+    pools_.push_back({&drawing.shapes, 0, 0, pools_[0].to, kMostShapeChunks});
+    largest = std::max(largest, drawing.shapes.largest_chunk());
+    TRY_STATUS(table_.prepare(context, drawing));
+  }
+  TRY_STATUS(fit_indices(context, largest));
+  watch.lap_ms();
+  cull(pools_, drawing.camera, drawing.rays, drawing.knobs.view_distance, drawing.near >= kNearestForOcclusion, list_);
   report.passes.push_back({"cull", watch.lap_ms(), 0, 0});
+  TRY(cubes_, pipeline(context, drawing.knobs.face_edges, false, list_.blends));
+  shapes_ = nullptr;
+  if (any_shapes) {
+    TRY(shapes_, pipeline(context, drawing.knobs.face_edges, true, list_.blends));
+  }
   TRY_STATUS(context.fill(chunks_, list_.chunks.data(), list_.chunks.size() * sizeof(ChunkCorner),
                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
   TRY_STATUS(context.fill(draws_, list_.draws.data(), list_.draws.size() * sizeof(VkDrawIndexedIndirectCommand),
@@ -80,17 +96,19 @@ void FacesPass::record_draws(VkCommandBuffer commands, PassContext& context, boo
   constexpr uint32_t kDrawBytes = sizeof(VkDrawIndexedIndirectCommand);
   uint32_t draw = second && !list_.first_end.empty() ? list_.first_end.back() : 0;
   const std::vector<uint32_t>& ends = second ? list_.second_end : list_.first_end;
-  for (size_t page = 0; page < ends.size(); ++page) {
-    if (draw == ends[page]) continue;
-    const bool shapes = page >= pool_->pages();
-    context.bindings.bind(kBindFaces, shapes ? shape_pool_->page(page - pool_->pages()) : pool_->page(page));
-    context.bindings.use(commands, shapes ? *shapes_ : *cubes_);
-    while (draw < ends[page]) {
-      const uint32_t some = std::min(ends[page] - draw, context.device.limits().maxDrawIndirectCount);
-      vkCmdDrawIndexedIndirect(commands, draws_.handle, uint64_t{draw} * kDrawBytes, some, kDrawBytes);
-      draw += some;
+  size_t page = 0;
+  for (size_t p = 0; p < pools_.size(); ++p)
+    for (size_t of_pool = 0; of_pool < pools_[p].pool->pages(); ++of_pool, ++page) {
+      if (draw == ends[page]) continue;
+      const bool shapes = shapes_ && p + 1 == pools_.size();
+      context.bindings.bind(kBindFaces, pools_[p].pool->page(of_pool));
+      context.bindings.use(commands, shapes ? *shapes_ : *cubes_);
+      while (draw < ends[page]) {
+        const uint32_t some = std::min(ends[page] - draw, context.device.limits().maxDrawIndirectCount);
+        vkCmdDrawIndexedIndirect(commands, draws_.handle, uint64_t{draw} * kDrawBytes, some, kDrawBytes);
+        draw += some;
+      }
     }
-  }
   vkCmdEndRendering(commands);
 }
 
@@ -109,19 +127,32 @@ world::Status FacesPass::finish(PassContext&, FrameReport& report) {
   first.draws = list_.first_end.empty() ? 0 : list_.first_end.back();
   first.bytes = list_.first_faces * sizeof(FaceRecord);
   report.faces_drawn += list_.first_faces;
-  if (list_.candidates.empty()) return {};
+  uint64_t hidden = 0;  // by what is drawn
+  const CulledFaces& c = list_.culled;
+  const auto tell = [&] {
+    report.work.insert(report.work.end(), {{"faces_of_the_world", c.world},
+                                           {"faces_beyond_view_distance", c.distance},
+                                           {"faces_at_coarser_levels", c.detail},
+                                           {"faces_outside_the_frustum", c.frustum},
+                                           {"faces_looking_away", c.back},
+                                           {"faces_of_coarser_levels", c.coarse},
+                                           {"faces_hidden", hidden}});
+    return world::Status();
+  };
+  if (list_.candidates.empty()) return tell();
   // What the occlusion test said decides what the next picture draws first.
   row_of(report, "occlusion").bytes = list_.candidates.size() * sizeof(Candidate);
   PassReport& second = row_of(report, "faces_uncovered");
   const auto visible = occlusion_.visible();
   for (size_t i = 0; i < list_.candidates.size(); ++i) {
     list_.clusters[i]->visible = visible[i] != 0;
+    if (!visible[i] && list_.candidates[i].draw >= 0) hidden += list_.clusters[i]->count;
     if (!visible[i] || list_.candidates[i].draw < 0) continue;
     second.bytes += list_.clusters[i]->count * sizeof(FaceRecord);
     report.faces_drawn += list_.clusters[i]->count;
     ++second.draws;
   }
-  return {};
+  return tell();
 }
 
 }  // namespace render::raster

@@ -21,13 +21,13 @@ class FacesPass : public Pass {
 
  private:
   world::Status fit_indices(PassContext& context, uint32_t largest);
-  world::Result<const Pipeline*> pipeline(PassContext& context, FaceEdges edges, bool shapes);
+  world::Result<const Pipeline*> pipeline(PassContext& context, FaceEdges edges, bool shapes, bool blends);
   void record_draws(VkCommandBuffer commands, PassContext& context, bool second);
 
-  std::map<std::pair<FaceEdges, bool>, Pipeline> pipelines_;  // of cubes, of shapes
-  const Pipeline *cubes_ = nullptr, *shapes_ = nullptr;       // of the picture; shapes: null where there are none
+  std::map<std::tuple<FaceEdges, bool, bool>, Pipeline> pipelines_;
+  const Pipeline *cubes_ = nullptr, *shapes_ = nullptr;  // of the picture; shapes: null where there are none
   OcclusionTest occlusion_;
-  FacePool *pool_ = nullptr, *shape_pool_ = nullptr;
+  std::vector<CulledPool> pools_;  // cubes by level, then shapes
   ShapeTable table_;
   gpu::Buffer indices_, chunks_, draws_;
   uint32_t indexed_records_ = 0;

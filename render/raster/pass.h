@@ -44,7 +44,7 @@ struct Targets {
 /// One picture: what all passes read. The world may be read by any pass; what it derives it keeps and follows itself.
 struct Drawing {
   const world::WorldView& view;
-  FacePool& faces;                   // of cubes; culling notes what is seen of it
+  std::span<FacePool* const> faces;  // of cubes, by level; culling notes what is seen
   FacePool& shapes;                  // of blocks that have a shape of their own
   std::span<const ShapeQuad> quads;  // that the records of shapes name
   const Camera& camera;              // off the planes of the grid

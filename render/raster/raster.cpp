@@ -5,7 +5,9 @@
 #include <cmath>
 
 #include "render/extract/extractor.h"
+#include "render/extract/levels.h"
 #include "render/extract/proxies.h"
+#include "render/raster/culling.h"
 #include "render/raster/rasterizer.h"
 #include "render/bsdf/bsdf.h"
 #include "world/proxies/proxy.h"
@@ -81,10 +83,15 @@ class Raster : public RasterBackend {
     const auto start = Clock::now();
     if (!rasterizer_) TRY_STATUS(open());
     TRY_STATUS(check_light(light, knobs));
-    TRY(const std::vector<world::LeafPos> dirty, follow(view, camera, knobs));
+    TRY(const std::vector<world::LeafPos> dirty, follow(view, camera, knobs, height));
     const double extract_ms = ms_since(start);
     const auto upload_start = Clock::now();
     TRY(uint64_t bytes, rasterizer_->set_faces(extractor_.chunks()));
+    rasterizer_->set_level_count(levels_.count());
+    for (int k = 1; k <= levels_.count(); ++k) {
+      TRY(const uint64_t level_bytes, rasterizer_->set_level(k, levels_.level(k).chunks()));
+      bytes += level_bytes;
+    }
     TRY(const uint64_t shape_bytes, rasterizer_->set_shapes(shapes_.chunks(), shapes_.quads()));
     bytes += shape_bytes;
     light_.follow(view, light, knobs.light_model);
@@ -116,14 +123,19 @@ class Raster : public RasterBackend {
   /// Brings the extracted faces up to date with the store.
   /// Returns the leaves that changed.
   world::Result<std::vector<world::LeafPos>> follow(const world::WorldView& view, const Camera& camera,
-                                                    const RenderKnobs& knobs) {
+                                                    const RenderKnobs& knobs, int height) {
     if (view.store().identity() != store_) {
       store_ = view.store().identity();
       subscriber_ = view.store().subscribe();
       extracted_ = camera_in_cavity_ = false;
     }
     const std::vector<world::LeafPos> dirty = view.store().take_dirty(subscriber_);
-    const auto wanted = [&] { return ExtractKnobs{knobs.merge_faces, knobs.sealed_cavities || camera_in_cavity_}; };
+    // Levels stay once a picture has needed them.
+    const int levels =
+        std::max(extracted_ && knobs.lod_error_px > 0 ? levels_.count() : 0, level_count(view, camera, knobs, height));
+    const auto wanted = [&] {
+      return ExtractKnobs{knobs.merge_faces, knobs.sealed_cavities || camera_in_cavity_, levels > 0};
+    };
     const bool fresh = !extracted_ || shapes_.kind() != knobs.proxy_shapes;
     TRY_STATUS(fresh ? shapes_.rebuild(view, knobs.proxy_shapes) : shapes_.update(view, dirty));
     extractor_.shapes = &shapes_;
@@ -136,8 +148,32 @@ class Raster : public RasterBackend {
       camera_in_cavity_ = true;
       extractor_.rebuild(view, wanted());
     }
+    const ExtractKnobs coarse{knobs.merge_faces, knobs.sealed_cavities, true};
+    if (fresh || levels != levels_.count() || !(coarse == coarse_))
+      levels_.rebuild(view, &shapes_, levels, coarse), rasterizer_->set_level_count(0);
+    else
+      levels_.update(view, dirty);
+    coarse_ = coarse;
     extracted_ = true;
     return dirty;
+  }
+
+  /// Levels that are drawn anywhere within the view distance and the world.
+  static int level_count(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs, int height) {
+    if (!(knobs.lod_error_px > 0) || view.masks(world::MaskKind::occupied).empty()) return 0;
+    const PixelRays rays(camera, height, height);
+    const world::MaskVolume& occupied = view.masks(world::MaskKind::occupied);
+    double farthest = 0;
+    for (int a = 0; a < 3; ++a) {
+      const double low = world::kRegionSize * double(occupied.min_region()[a]) - camera.position.voxel[a];
+      const double high = world::kRegionSize * (double(occupied.max_region()[a]) + 1) - camera.position.voxel[a];
+      farthest += std::pow(std::max(std::abs(low), std::abs(high)) + 1, 2.0);
+    }
+    const double reach = std::min<double>(knobs.view_distance, std::sqrt(farthest));
+    int levels = 0;
+    while (levels < kMostLevels && raster::level_distance(levels + 1, rays, height, knobs.lod_error_px) < reach)
+      ++levels;
+    return levels;
   }
 
   world::Result<uint64_t> send_shadow_grid(const world::WorldView& view, const std::vector<world::LeafPos>& dirty) {
@@ -155,6 +191,8 @@ class Raster : public RasterBackend {
   std::vector<std::string> earlier_messages_;  // of devices that were lost
   ShapeExtractor shapes_;
   Extractor extractor_;
+  CoarseLevels levels_;
+  ExtractKnobs coarse_;
   SurfaceLight light_;
   SunMap sun_map_;
   world::StoreRays rays_;      // for the map

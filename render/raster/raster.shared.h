@@ -55,6 +55,7 @@ SHARED_CONST uint kSpecSunShadow = 1;        // by order of SunShadow
 SHARED_CONST uint kSpecLight = 2;            // by order of SurfaceLight::Kind
 SHARED_CONST uint kSpecInterpolation = 3;    // kLightFace, kLightVertex, kLightLinear
 SHARED_CONST uint kSpecCornerOcclusion = 4;  // bool
+SHARED_CONST uint kSpecBlends = 7;           // bool: some chunks are drawn in part
 SHARED_CONST uint kSpecShapes = 6;           // bool: pixels may see faces of shapes
 SHARED_CONST uint kSpecToImage = 5;          // bool: shading writes targets.colour, else the radiance buffer
 
@@ -89,9 +90,28 @@ SHARED uint region_hash(int x, int y, int z) {
   return h ^ (h >> 15);
 }
 
-/// A pixel of the target of the first pass: x = block | face << 16 (0: sky), y = plane of the face relative to the
-/// camera's voxel, as an int.
-SHARED_CONST uint kSeenFaceShift = 16u;
+/// A pixel of the target of the first pass: x = block | face << 16 | level << 19 (0: sky), y = plane of the face
+/// relative to the camera's voxel, as an int.
+SHARED_CONST uint kSeenFaceShift = 16u, kSeenLevelShift = 19u;
+
+SHARED uint seen_block(uint x) { return x & 0xffffu; }
+SHARED uint seen_face(uint x) { return (x >> kSeenFaceShift) & 7u; }
+SHARED uint seen_level(uint x) { return (x >> kSeenLevelShift) & 15u; }
+
+/// Of a chunk, beside its corner: its level, and in 255ths how much of it is drawn and how much of the next level's
+/// chunk.
+SHARED_CONST uint kChunkLevel = 15u, kChunkOwnShift = 8u, kChunkNextShift = 16u;
+
+/// Which pixels show which of two levels: a threshold in [0, 1) that looks even at any share. source Jorge Jimenez.
+/// Next Generation Post Processing in Call of Duty: Advanced Warfare. 2014 (interleaved gradient noise)
+#ifndef __cplusplus
+float blend_threshold(vec2 pixel) { return fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715)))); }
+/// Whether a pixel shows a chunk of this detail.
+bool chunk_shown(uint detail, vec2 pixel) {
+  const float t = blend_threshold(pixel) * 255.0;
+  return t < float(detail >> kChunkOwnShift & 255u) && t >= float(detail >> kChunkNextShift & 255u);
+}
+#endif
 
 /// Where it sees the face of a shape: x = kSeenShape | quad, y = place of the chunk in the picture's list << 18 | place
 /// of the voxel in the chunk, as in face_record.shared.h.

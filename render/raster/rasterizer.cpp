@@ -72,7 +72,18 @@ world::Status Rasterizer::open(const gpu::DeviceOptions& options) {
   TRY_STATUS(light_grid_.open(*device_));
   TRY(sun_map_, gpu::make_buffer(*device_, 0, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::MemoryUse::upload));
   stages_.resize(pass_kinds().size());
+  set_level_count(0);
   return shadow_grid_.open(*device_);
+}
+
+void Rasterizer::set_level_count(int levels) {
+  levels_.resize(static_cast<size_t>(levels) + 1);
+  for (auto& level : levels_)
+    if (!level) level = std::make_unique<FacePool>();
+}
+
+world::Result<uint64_t> Rasterizer::set_level(int level, std::span<const ExtractedChunk* const> chunks) {
+  return levels_[static_cast<size_t>(level)]->update(*device_, pool_sources(chunks));
 }
 
 world::Status Rasterizer::fit_targets(int width, int height, const TargetNeeds& needs) {
@@ -194,8 +205,10 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
   // A camera on a face's plane sees the face on its upper side, as a ray does.
   camera.position.fraction = glm::clamp(camera.position.fraction, kOffPlane, 1 - kOffPlane);
   const PixelRays rays(camera, width, height);
-  const Drawing drawing{view,    pool_, shape_pool_, quads_, camera, rays,  view.environment(),
-                        shading, knobs, light,       near,   width,  height};
+  std::vector<FacePool*> levels;
+  for (const auto& level : levels_) levels.push_back(level.get());
+  const Drawing drawing{view,    levels, shape_pool_, quads_, camera, rays,  view.environment(),
+                        shading, knobs,  light,       near,   width,  height};
   Frame frame;
   FrameReport& report = frame.report;
 

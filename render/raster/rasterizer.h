@@ -16,9 +16,10 @@ class Rasterizer {
   static world::Result<std::unique_ptr<Rasterizer>> make(const gpu::DeviceOptions& options);
 
   /// Follows the extractor. Returns the bytes sent.
-  world::Result<uint64_t> set_faces(std::span<const ExtractedChunk* const> chunks) {
-    return pool_.update(*device_, pool_sources(chunks));
-  }
+  world::Result<uint64_t> set_faces(std::span<const ExtractedChunk* const> chunks) { return set_level(0, chunks); }
+  /// The same of a coarser level; those beyond `levels` go.
+  world::Result<uint64_t> set_level(int level, std::span<const ExtractedChunk* const> chunks);
+  void set_level_count(int levels);
   /// The same of shapes; `quads` must live until the picture is drawn.
   world::Result<uint64_t> set_shapes(std::span<const ShapeChunk* const> chunks, std::span<const ShapeQuad> quads) {
     quads_ = quads;
@@ -37,7 +38,7 @@ class Rasterizer {
   uint64_t binding_limit = ~uint64_t{0};
 
   gpu::Device& device() { return *device_; }
-  FacePool& pool() { return pool_; }
+  FacePool& pool() { return *levels_[0]; }
 
  private:
   struct Stage {                 // of pass_kinds(), in order
@@ -54,8 +55,9 @@ class Rasterizer {
   void record_read_back(VkCommandBuffer commands);
   void read_back(Image& image) const;
 
-  std::unique_ptr<gpu::Device> device_;  // first member: dies last
-  FacePool pool_, shape_pool_{FacePool::box_of_voxel};
+  std::unique_ptr<gpu::Device> device_;            // first member: dies last
+  std::vector<std::unique_ptr<FacePool>> levels_;  // of cubes
+  FacePool shape_pool_{FacePool::box_of_voxel};
   std::span<const ShapeQuad> quads_;
   ShadowGrid shadow_grid_;
   LightGrid light_grid_;

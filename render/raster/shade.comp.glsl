@@ -28,12 +28,15 @@ void main() {
     const float t = shape_distance(seen, ray);
     if (t <= picture.sun.w * inverse_length) colour = shape_radiance(seen, ray, t);
   } else if (seen.x != 0u) {
-    const uint face = seen.x >> kSeenFaceShift, axis = face >> 1;
+    const uint face = seen_face(seen.x), axis = face >> 1;
     const vec3 offsets = float(int(seen.y)) - picture.fraction.xyz - picture.fraction_rest.xyz;
     const float t = axis == 0u ? offsets.x / ray.x : axis == 1u ? offsets.y / ray.y : offsets.z / ray.z;
     if (t <= picture.sun.w * inverse_length)
-      colour = face_radiance(
-          face_point(seen.x & 0xffffu, face, t * ray + picture.fraction.xyz, int(seen.y), -direction));
+    {
+      FacePoint point = face_point(seen_block(seen.x), face, t * ray + picture.fraction.xyz, int(seen.y), -direction);
+      if (seen_level(seen.x) != 0u) lift_point(point, 1 << int(seen_level(seen.x)));
+      colour = face_radiance(point);
+    }
   }
   if (kToImage) {
     imageStore(colour_image, ivec2(pixel), vec4(colour, 1));

@@ -5,17 +5,20 @@
 #include "render/raster/raster.shared.h"
 
 layout(constant_id = kSpecExactEdges) const bool kExactEdges = true;
+layout(constant_id = kSpecBlends) const bool kBlends = false;
 layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
 layout(binding = kBindShapeQuads, std430) readonly buffer Quads { vec4 quads[]; };
 
 layout(location = 0) flat in uvec2 seen;
 layout(location = 1) flat in vec3 corner;
+layout(location = 2) flat in uint detail;
 layout(location = 0) out uvec2 seen_out;
 
 /// Faces that meet overlap by this, so that rounding leaves no gap between them.
 const float kOverlap = 1e-5;
 
 void main() {
+  if (kBlends && !chunk_shown(detail, floor(gl_FragCoord.xy))) discard;
   if (kExactEdges) {
     const uint at = (seen.x & ~kSeenShape) * kQuadVectors;
     const vec3 ray = picture.corner.xyz + gl_FragCoord.x * picture.step_x.xyz + gl_FragCoord.y * picture.step_y.xyz;

@@ -11,6 +11,7 @@ layout(binding = kBindChunks, std430) readonly buffer Chunks { ivec4 chunks[]; }
 layout(binding = kBindShapeQuads, std430) readonly buffer Quads { vec4 quads[]; };
 
 layout(location = 0) flat out uvec2 seen;
+layout(location = 2) flat out uint detail;
 layout(location = 1) flat out vec3 corner;  // relative to the camera
 
 void main() {
@@ -19,6 +20,7 @@ void main() {
   const vec4 first = quads[at], along = quads[at + 3u];
   const vec3 u = quads[at + 1u].xyz, v = quads[at + 2u].xyz;
   const ivec3 voxel = chunks[gl_InstanceIndex].xyz + ivec3(face_voxel(record.x));
+  detail = uint(chunks[gl_InstanceIndex].w);
   seen = uvec2(kSeenShape | record.y, uint(gl_InstanceIndex) << kSeenChunkShift | (record.x & 0x3ffffu));
   corner = vec3(voxel) - picture.fraction.xyz - picture.fraction_rest.xyz + first.xyz;
 

@@ -30,6 +30,14 @@ FacePoint face_point(uint block, uint face, vec3 hit, int plane, vec3 to_eye) {
   return p;
 }
 
+/// A coarser level's face may lie within what it stands for: from there to the voxel before it, `most` at most.
+void lift_point(inout FacePoint p, int most) {
+  if (kSunShadow != kSunShadowRay) return;
+  ivec3 step = ivec3(0);
+  step[p.face >> 1] = (p.face & 1u) == 1u ? 1 : -1;
+  for (int i = 0; i < most && clear_cube(p.front, find_region(p.front >> 7)) == 0; ++i) p.front += step;
+}
+
 vec3 face_radiance(const FacePoint p) {
   const uint face = p.face, axis = face >> 1;
   const bool positive = (face & 1u) == 1u;

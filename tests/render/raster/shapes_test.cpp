@@ -108,12 +108,12 @@ TEST_F(Shapes, AreDrawnAsTheyAreTraced) {
     const double share = share_within(frame(*raster_, w, view.camera).image, frame(*raycast_, w, view.camera).image, 2);
     std::printf("  %-14s %.4f %% within 2/255 of the ray caster\n", view.name.c_str(), 100 * share);
     EXPECT_GE(share, 0.999) << view.name;
-    // The tracer, which a lamp calls for, finds and lights shapes by code of its own. Without shadows, which shapes cast
-    // there and not here.
+    // The tracer, which a lamp calls for, finds and lights shapes by code of its own. Without shadows, which shapes
+    // cast there and not here.
     RenderKnobs knobs;
     knobs.sun_shadow = SunShadow::none;
-    const double of_tracer = share_within(frame(*raster_, w, view.camera, knobs).image,
-                                          frame(*raycast_, lit, view.camera, knobs).image, 2);
+    const double of_tracer =
+        share_within(frame(*raster_, w, view.camera, knobs).image, frame(*raycast_, lit, view.camera, knobs).image, 2);
     std::printf("  %-14s %.4f %% without shadows\n", view.name.c_str(), 100 * of_tracer);
     EXPECT_GE(of_tracer, 0.999) << view.name;
   }
@@ -130,7 +130,8 @@ TEST_F(Shapes, AfterEditsThePictureIsThatOfAFreshBackend) {
   world::World w = garden();
   const Camera camera = garden_cameras()[0].camera;
   frame(*raster_, w, camera);
-  const world::BlockId edits[] = {block(w, "torch"), world::kAir, block(w, "stone"), block(w, "flower_blue"), world::kAir};
+  const world::BlockId edits[] = {block(w, "torch"), world::kAir, block(w, "stone"), block(w, "flower_blue"),
+                                  world::kAir};
   for (size_t i = 0; i < std::size(edits); ++i) {
     world::EditBatch batch;
     batch.set({static_cast<int>(i) * 2, 0, 0}, edits[i]);
@@ -157,19 +158,20 @@ TEST_F(Shapes, AWorldThatLosesItsLastShapeAndGetsOneAgainIsDrawn) {
   const Image lit = frame(*raster_, w, camera).image;
   EXPECT_NE(std::memcmp(empty.pixels.data(), lit.pixels.data(), lit.pixels.size() * sizeof(Rgb)), 0);
   apply(w, nothing);
-  EXPECT_EQ(std::memcmp(empty.pixels.data(), frame(*raster_, w, camera).image.pixels.data(),
-                        lit.pixels.size() * sizeof(Rgb)),
-            0);
+  EXPECT_EQ(
+      std::memcmp(empty.pixels.data(), frame(*raster_, w, camera).image.pixels.data(), lit.pixels.size() * sizeof(Rgb)),
+      0);
   apply(w, torch);
-  EXPECT_EQ(std::memcmp(lit.pixels.data(), frame(*raster_, w, camera).image.pixels.data(),
-                        lit.pixels.size() * sizeof(Rgb)),
-            0);
+  EXPECT_EQ(
+      std::memcmp(lit.pixels.data(), frame(*raster_, w, camera).image.pixels.data(), lit.pixels.size() * sizeof(Rgb)),
+      0);
 }
 
 TEST_F(Shapes, WhatTouchesACubeOrGoesOnInAShapeIsNotDrawn) {
   world::World w(world::standard_blocks());
   world::EditBatch batch;
-  const world::BlockId slab = shaped(w, "slab_bottom", {0.5f, 0.5f, 0.5f}), fence = shaped(w, "fence", {0.5f, 0.5f, 0.5f});
+  const world::BlockId slab = shaped(w, "slab_bottom", {0.5f, 0.5f, 0.5f}),
+                       fence = shaped(w, "fence", {0.5f, 0.5f, 0.5f});
   batch.set({0, 0, 0}, slab);
   batch.set({0, -1, 0}, block(w, "stone"));
   batch.set({4, 0, 0}, fence);

@@ -40,25 +40,74 @@ Result<std::function<double()>> frames_of(const world::World& valley, const std:
   return std::function<double()>([=, &valley] {
     const world::WorldView view(valley);
     if (last) *last = {};
+    std::map<std::string, double> ms;
     for (const render::Camera& camera : views) {
       const auto frame = backend->render(view, camera, knobs, kWidth, kHeight);
       if (!frame.ok()) return std::nan("");
       if (last) last->faces_drawn += frame->report.faces_drawn;
+      for (const render::PassReport& pass : frame->report.passes) ms[pass.name] += pass.ms;
     }
+    if (last)
+      for (const auto& [name, sum] : ms) last->passes.push_back({name, sum, 0, 0});
     return static_cast<double>(views.size());
   });
 }
 
-Result<Prepared> prepare(BenchContext& context, world::Accuracy accuracy) {
+/// Of a frame: faces drawn and the time of each pass.
+std::map<std::string, double> counters_of(const render::FrameReport& report, double frames) {
+  std::map<std::string, double> counters{{"faces_a_frame", static_cast<double>(report.faces_drawn) / frames}};
+  for (const render::PassReport& pass : report.passes) counters[pass.name + "_ms"] = pass.ms / frames;
+  return counters;
+}
+
+/// A meadow of 325 x 325 plants, one a voxel, seen from its edge; a torch put in and taken out where `edit` asks.
+Result<Prepared> prepare_plants(BenchContext&, bool edit) {
+  const auto w = std::make_shared<world::World>(world::standard_blocks());
+  world::EditBatch batch;
+  const auto block = [&](const char* name) { return *w->palette->find(name); };
+  constexpr int kEdge = 325;
+  batch.fill({{0, -1, -kEdge}, {kEdge - 1, -1, -1}}, block("grass"));
+  const world::BlockId plants[] = {block("tall_grass"), block("fern"), block("wheat")};
+  for (int x = 0; x < kEdge; ++x)
+    for (int z = -kEdge; z < 0; ++z) batch.set({x, 0, z}, plants[(x * 7 + (z + kEdge) * 3) % 3]);
+  TRY_STATUS(w->store.apply(batch));
+  // High enough for all of it to lie in the picture.
+  render::Camera camera;
+  camera.position = world::WorldPoint::from(kEdge / 2.0 + 0.3, 190, 150.2);
+  camera.forward = glm::normalize(world::Vec3d(0, -0.62, -1));
+  TRY(std::shared_ptr<render::Backend> backend, make_backend("raster"));
+  render::RenderKnobs knobs;
+  knobs.lod_error_px = 0;
+  TRY(const render::Frame first, backend->render(world::WorldView(*w), camera, knobs, kWidth, kHeight));
+  (void)first;
+  const auto report = std::make_shared<render::FrameReport>();
+  const auto turn = std::make_shared<int>(0);
+  const world::BlockId torch = block("torch");
+  return Prepared{.ours = {"raster",
+                           [=] {
+                             if (edit) {
+                               world::EditBatch one;
+                               one.set({kEdge / 2, 1, -20}, ++*turn % 2 ? torch : world::kAir);
+                               if (!w->store.apply(one).ok()) return std::nan("");
+                             }
+                             const auto frame = backend->render(world::WorldView(*w), camera, knobs, kWidth, kHeight);
+                             if (!frame.ok()) return std::nan("");
+                             *report = frame->report;
+                             return 1.0;
+                           }},
+                  .counters = [=] { return counters_of(*report, 1); }};
+}
+
+Result<Prepared> prepare(BenchContext& context, world::Accuracy accuracy, float view_distance = 0) {
   TRY(const world::World* valley, context.world("valley"));
   TRY(const std::vector<render::Camera> views, cameras(*valley));
-  const render::RenderKnobs knobs = render::render_knobs().preset(accuracy);
+  render::RenderKnobs knobs = render::render_knobs().preset(accuracy);
+  if (view_distance > 0) knobs.view_distance = view_distance;
   const auto report = std::make_shared<render::FrameReport>();
   TRY(const auto raster, frames_of(*valley, views, "raster", knobs, report));
   TRY(const auto raycast, frames_of(*valley, views, "raycast", knobs));
   return Prepared{.ours = {"raster", raster}, .rivals = {{"raycast", raycast}}, .counters = [=] {
-                    return std::map<std::string, double>{{"faces_a_frame", static_cast<double>(report->faces_drawn) /
-                                                                               static_cast<double>(views.size())}};
+                    return counters_of(*report, static_cast<double>(views.size()));
                   }};
 }
 
@@ -73,6 +122,29 @@ void add_suite_raster(Registry& registry) {
                 .repetitions = 5,
                 .reach = Reach{20, "the first milestone: lavapipe on 2 cores, 20 frames/s"},
                 .prepare = [](BenchContext& c) { return prepare(c, world::Accuracy::fast); }});
+  registry.add({.name = "valley_256m_usual",
+                .what = "the valley at 1280x720, four directions, 256 m view distance, the rest as usual",
+                .unit = "frames/s",
+                .threads = 2,
+                .clock = Clock::wall,
+                .repetitions = 5,
+                .reach = Reach{30, "lavapipe on 2 cores: 30 frames/s"},
+                .prepare = [](BenchContext& c) { return prepare(c, world::Accuracy::usual, 256); }});
+  registry.add({.name = "plants_100k",
+                .what = "105,625 plants, each a shape of its own, all in the picture, 1280x720",
+                .unit = "frames/s",
+                .threads = 2,
+                .clock = Clock::wall,
+                .repetitions = 5,
+                .reach = Reach{15, "lavapipe on 2 cores: 15 frames/s"},
+                .prepare = [](BenchContext& c) { return prepare_plants(c, false); }});
+  registry.add({.name = "plants_100k_edited",
+                .what = "the same with one voxel edited before each frame",
+                .unit = "frames/s",
+                .threads = 2,
+                .clock = Clock::wall,
+                .repetitions = 5,
+                .prepare = [](BenchContext& c) { return prepare_plants(c, true); }});
   registry.add({.name = "valley_whole",
                 .what = "the valley at 1280x720, four directions, accuracy usual: all of it, with the sun's shadow",
                 .unit = "frames/s",
