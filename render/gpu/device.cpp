@@ -35,16 +35,20 @@ struct Features {
   VkPhysicalDeviceFeatures2 all =
       vk_info<VkPhysicalDeviceFeatures2>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, &v12);
 
-  /// Calls see(name, flag) for each feature in use.
+  /// Calls see(name, flag) for each feature that the program can't do without.
   template <class See>
   void each(See see) {
-    see("multiDrawIndirect", all.features.multiDrawIndirect);
     see("drawIndirectFirstInstance", all.features.drawIndirectFirstInstance);
     see("scalarBlockLayout", v12.scalarBlockLayout);
     see("timelineSemaphore", v12.timelineSemaphore);
     see("dynamicRendering", v13.dynamicRendering);
     see("synchronization2", v13.synchronization2);
     see("maintenance4", v13.maintenance4);
+  }
+  /// Calls see(name, flag, what happens without it) for each that it can.
+  template <class See>
+  void each_optional(See see) {
+    see("multiDrawIndirect", all.features.multiDrawIndirect, "each draw is a call of its own");
   }
 };
 
@@ -121,7 +125,7 @@ world::Status Device::open_instance(bool validation) {
   return {};
 }
 
-world::Status Device::choose_physical() {
+world::Status Device::choose_physical(const std::vector<std::string>& without) {
   uint32_t count = 0;
   std::vector<VkPhysicalDevice> all;
   if (vkEnumeratePhysicalDevices(instance_, &count, nullptr) == VK_SUCCESS) {
@@ -165,6 +169,12 @@ world::Status Device::choose_physical() {
     physical_ = candidate;
     family_ = family;
     limits_ = p.limits;
+    warnings_.clear();
+    features.each_optional([&](const char* name, VkBool32 there, const char* else_what) {
+      if (there && std::find(without.begin(), without.end(), name) == without.end()) return;
+      warnings_.push_back(std::string(p.deviceName) + " lacks " + name + ": " + else_what);
+      if (std::strcmp(name, "multiDrawIndirect") == 0) limits_.maxDrawIndirectCount = 1;
+    });
     name_ = std::string(p.deviceName) + ", " + driver.driverInfo;
   }
   if (!physical_) return no_device(refused + "; install the Debian package mesa-vulkan-drivers");
@@ -175,10 +185,11 @@ world::Status Device::open(const DeviceOptions& options) {
   lose_device_ = options.lose_device;
   messages_->print = asked_by_environment();
   TRY_STATUS(open_instance(options.validation || asked_by_environment()));
-  TRY_STATUS(choose_physical());
+  TRY_STATUS(choose_physical(options.without));
 
   Features features;
   features.each([](const char*, VkBool32& flag) { flag = VK_TRUE; });
+  if (limits_.maxDrawIndirectCount > 1) features.all.features.multiDrawIndirect = VK_TRUE;
   const float priority = 1;
   auto queue = vk_info<VkDeviceQueueCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO);
   queue.queueFamilyIndex = family_;
@@ -190,6 +201,12 @@ world::Status Device::open(const DeviceOptions& options) {
   VK_CHECK(vkCreateDevice(physical_, &info, nullptr, &device_));
   vkGetDeviceQueue(device_, family_, 0, &queue_);
   memory_.open(physical_, device_);
+  const bool validates = options.validation || asked_by_environment();
+  pipelines_.open(physical_, device_,
+                  options.cache_folder ? *options.cache_folder
+                  : validates          ? std::filesystem::path()
+                                       : PipelineCache::usual_folder());
+  if (!pipelines_.warning().empty()) warnings_.push_back(pipelines_.warning());
 
   auto pool = vk_info<VkCommandPoolCreateInfo>(VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO);
   pool.flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT;
@@ -211,6 +228,7 @@ Device::~Device() {
   if (device_) {
     vkDeviceWaitIdle(device_);
     collect(submitted_);
+    pipelines_.close();
     vkDestroySemaphore(device_, timeline_, nullptr);
     vkDestroyCommandPool(device_, pool_, nullptr);
     // What still owns memory now would free it on a dead device.

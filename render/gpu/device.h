@@ -1,14 +1,17 @@
 /// One Vulkan device, its queue and its memory, headless. What it makes dies before it (see owned.h).
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <deque>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "render/gpu/memory.h"
+#include "render/gpu/pipeline_cache.h"
 
 namespace render::gpu {
 
@@ -18,6 +21,10 @@ struct DeviceOptions {
   bool validation = false;
   /// For tests: asked at each submission; true loses the device there.
   std::function<bool()> lose_device = {};
+  /// Where compiled pipelines are kept; none: where the environment says, but nowhere with validation.
+  std::optional<std::filesystem::path> cache_folder = {};
+  /// For tests: optional features that the device is taken to lack.
+  std::vector<std::string> without = {};
 };
 
 /// What the validation layer said, warnings and errors. Lives on the heap: the driver holds its address.
@@ -41,6 +48,10 @@ class Device {
   const VkPhysicalDeviceLimits& limits() const { return limits_; }
   MemoryPool& memory() { return memory_; }
   std::vector<std::string> messages() const;
+  /// What is not as it could be, a sentence each: a feature that the driver lacks, a cache that was left out.
+  const std::vector<std::string>& warnings() const { return warnings_; }
+  /// For every pipeline that is made.
+  VkPipelineCache pipeline_cache() const { return pipelines_.handle(); }
 
   /// Records commands, submits them and waits; on a lost device the error says so and everything later fails too.
   world::Status run(const std::function<void(VkCommandBuffer)>& record);
@@ -63,7 +74,7 @@ class Device {
   Device() = default;
   world::Status open(const DeviceOptions& options);
   world::Status open_instance(bool validation);
-  world::Status choose_physical();
+  world::Status choose_physical(const std::vector<std::string>& without);
   void retire(VkObjectType type, uint64_t handle);
   void destroy(const Retired& retired);
   void collect(uint64_t reached);
@@ -83,6 +94,8 @@ class Device {
   std::string name_;
   VkPhysicalDeviceLimits limits_{};
   MemoryPool memory_;
+  PipelineCache pipelines_;
+  std::vector<std::string> warnings_;
   std::deque<Retired> retired_;
   std::unique_ptr<DeviceMessages> messages_ = std::make_unique<DeviceMessages>();
 };

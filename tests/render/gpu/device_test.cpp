@@ -3,11 +3,16 @@
 #include <bit>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
 
 #include <gtest/gtest.h>
+#include <xxhash.h>
 
 #include "render/gpu/owned.h"
 #include "render/raster/raster.h"
+#include "tests/support.h"
 
 namespace render::gpu {
 namespace {
@@ -174,6 +179,70 @@ TEST(HardCaseN2, UnormOnTheDeviceEqualsTheProcessorsAtCodesAndIsANeighbourAtHalv
     EXPECT_LE(std::abs(at_halves[static_cast<size_t>(k)] - expected), 1) << k;
   }
   EXPECT_EQ(d->messages(), std::vector<std::string>{});
+}
+
+std::string read_all(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST(PipelineCache, ABrokenOrForeignFileIsLeftOutWithOneWarningAndReplaced) {
+  const world::TemporaryFolder folder;
+  const auto open = [&] { return Device::make({.cache_folder = folder / "cache"}); };
+  const auto file = [&]() -> std::filesystem::path {
+    for (const auto& entry : std::filesystem::directory_iterator(folder / "cache")) return entry.path();
+    return {};
+  };
+  {
+    const auto first = open();
+    ASSERT_TRUE(first.ok());
+    EXPECT_TRUE((*first)->warnings().empty());
+  }
+  const std::string whole = read_all(file());
+  ASSERT_GE(whole.size(), 64u);
+  {
+    const auto again = open();
+    EXPECT_TRUE((*again)->warnings().empty());
+  }
+  EXPECT_EQ(read_all(file()), whole);
+  std::vector<std::string> broken{"", "x", std::string(1000, 'x'), whole.substr(0, whole.size() - 1), whole + "x"};
+  for (const size_t at : {size_t{0}, size_t{9}, size_t{17}, size_t{25}, whole.size() - 1}) {
+    broken.push_back(whole);
+    broken.back()[at] ^= 0x40;
+  }
+  for (const std::string& bytes : broken) {
+    std::ofstream(file(), std::ios::binary) << bytes;
+    {
+      const auto device = open();
+      ASSERT_TRUE(device.ok());
+      ASSERT_EQ((*device)->warnings().size(), 1u) << bytes.size();
+      EXPECT_NE((*device)->warnings()[0].find("left out"), std::string::npos) << (*device)->warnings()[0];
+    }
+    EXPECT_EQ(read_all(file()), whole) << "a broken cache is replaced by a whole one";
+  }
+  // Whole by its hash, but of another driver: the UUID is in the driver's own header.
+  std::string foreign = whole;
+  foreign[32 + 16] ^= 1;
+  const uint64_t hash = XXH64(foreign.data() + 32, foreign.size() - 32, 0);
+  std::memcpy(foreign.data() + 24, &hash, sizeof hash);
+  std::ofstream(file(), std::ios::binary) << foreign;
+  const auto device = open();
+  ASSERT_EQ((*device)->warnings().size(), 1u);
+  EXPECT_NE((*device)->warnings()[0].find("another driver"), std::string::npos) << (*device)->warnings()[0];
+}
+
+TEST(PipelineCache, AFolderThatCannotBeWrittenIsNoFault) {
+  const auto made = Device::make({.cache_folder = "/proc/nowhere"});
+  ASSERT_TRUE(made.ok());
+  EXPECT_TRUE((*made)->warnings().empty());
+}
+
+TEST(Device, AMissingOptionalFeatureIsNamedAndDoneWithout) {
+  const auto made = Device::make({.validation = true, .without = {"multiDrawIndirect"}});
+  ASSERT_TRUE(made.ok());
+  ASSERT_EQ((*made)->warnings().size(), 1u);
+  EXPECT_NE((*made)->warnings()[0].find("multiDrawIndirect"), std::string::npos);
+  EXPECT_EQ((*made)->limits().maxDrawIndirectCount, 1u);
 }
 
 }  // namespace
