@@ -1,5 +1,6 @@
-/// Three backends behind one signature: any two can be compared. A picture is linear radiance; exposure and sRGB come
-/// after, in render/image/display.h, the same for all.
+/// Three backends behind one signature: any two can be compared. A picture is linear radiance after the effects that
+/// its knobs ask for (render/effects/chain.h); exposure and sRGB come after, in render/image/display.h, the same for
+/// all.
 #pragma once
 
 #include <atomic>
@@ -7,6 +8,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -39,11 +41,18 @@ struct FrameReport {
   uint64_t faces_drawn = 0;  // quads sent to the rasterizer
   std::vector<PassReport> passes;
   std::string device;  // what drew it
+  // Of effects between radiance and the display.
+  double metered_ev = 0;    // that automatic exposure added, beyond the knob `exposure`
+  uint64_t not_finite = 0;  // pixels that held a NaN or an infinity
   // Of backends that take samples.
   uint32_t samples = 0;       // a pixel
   double relative_error = 0;  // standard error of the picture over its mean, see Film; 0: not known
   uint64_t nan_samples = 0;   // left out because they were not finite
   std::vector<EffectWork> work;
+  std::vector<std::string> warnings;  // what was dropped or is not as asked for, a sentence each
+
+  /// Adds those of another picture to its passes of the same names, and its faces.
+  void add_passes(const FrameReport& other);
 };
 
 struct Frame {
@@ -70,6 +79,32 @@ struct WorldLight {
   world::LightChanges* changes = nullptr;                // which leaves of levels; null: all may have, at each version
 };
 
+/// A particle in the air: a soft disk that faces the camera.
+struct ParticleRecord {
+  float x = 0, y = 0, z = 0;  // m from the corner of Inhabitants::origin
+  float radius = 0.05f;       // m
+  world::Ratio3 albedo{1, 1, 1};
+  float opacity = 1;         // of its middle, 0..1
+  world::Radiance3 emitted;  // by itself, of its middle
+};
+static_assert(sizeof(ParticleRecord) == 44);
+
+/// A body: a box along the axes, matte.
+struct BodyRecord {
+  float x = 0, y = 0, z = 0;  // m from the corner of Inhabitants::origin to its middle
+  float half_x = 0.5f, half_y = 0.5f, half_z = 0.5f;
+  world::Ratio3 albedo{0.5f, 0.45f, 0.4f};
+};
+
+/// What a simulation has beside its blocks at the moment, and owns. Seen in pictures, opaque bodies first; it throws no
+/// shadow and shows in no mirror.
+struct Inhabitants {
+  world::VoxelPos origin;
+  std::span<const ParticleRecord> particles;
+  std::span<const BodyRecord> bodies;
+  bool empty() const { return particles.empty() && bodies.empty(); }
+};
+
 /// A backend keeps what it derived from a world between pictures (extracted faces, pipelines) and follows the store's
 /// changes; it belongs to one thread.
 class Backend {
@@ -77,6 +112,7 @@ class Backend {
   virtual ~Backend() = default;
   Sampling sampling;  // read by backends that take samples
   WorldLight light;   // where reads_light()
+  Inhabitants inhabitants;
   /// Whether a picture of the world reads its light: where not, light_model has no effect and nothing need be
   /// simulated.
   virtual bool reads_light(const world::World& world, const RenderKnobs& knobs) const = 0;

@@ -14,4 +14,16 @@ const std::vector<BackendInfo>& backends() {
   return all;
 }
 
+void FrameReport::add_passes(const FrameReport& other) {
+  faces_drawn += other.faces_drawn, rays += other.rays;
+  for (const PassReport& pass : other.passes) {
+    size_t i = 0;
+    while (i < passes.size() && passes[i].name != pass.name) ++i;
+    if (i == passes.size())
+      passes.push_back(pass);
+    else
+      passes[i].ms += pass.ms, passes[i].draws += pass.draws, passes[i].bytes += pass.bytes;
+  }
+}
+
 }  // namespace render

@@ -31,6 +31,20 @@ constexpr auto knob_choices(DensityTracking) { return std::array<std::string_vie
 constexpr auto knob_choices(GlossLobe) { return std::array<std::string_view, 3>{"exact", "published", "fresnel"}; }
 constexpr auto knob_choices(ContourShape) { return std::array<std::string_view, 3>{"off", "planes", "field"}; }
 
+enum class ExposureMode { fixed, log_mean, histogram };
+enum class ToneMap { clamp, reinhard, filmic };  // in the order of shared::kTone...
+constexpr auto knob_choices(ExposureMode) { return std::array<std::string_view, 3>{"fixed", "log_mean", "histogram"}; }
+constexpr auto knob_choices(ToneMap) { return std::array<std::string_view, 3>{"clamp", "reinhard", "filmic"}; }
+
+enum class ColourFormat { float32, half, r11g11b10, float7e3, rgb9e5, rgba8, rgb565 };  // as shared::kFormat...
+enum class AntiAliasing { none, x2, x4, x8, temporal };
+constexpr auto knob_choices(ColourFormat) {
+  return std::array<std::string_view, 7>{"float32", "half", "r11g11b10", "float7e3", "rgb9e5", "rgba8", "rgb565"};
+}
+constexpr auto knob_choices(AntiAliasing) {
+  return std::array<std::string_view, 5>{"none", "x2", "x4", "x8", "temporal"};
+}
+
 struct RenderKnobs {
 #define KNOB(name, type, fast, usual, exact, unit, what) type name = usual;
 #include "render/knobs.def"

@@ -19,6 +19,9 @@ class Bindings {
   void bind(uint32_t binding, const gpu::Buffer& buffer, VkDeviceSize first = 0, VkDeviceSize bytes = VK_WHOLE_SIZE);
   void bind(uint32_t binding, const gpu::DeviceImage& image, VkSampler sampler = VK_NULL_HANDLE);
 
+  /// What was bound is no more.
+  void forget(uint32_t binding) { bound_.erase(binding); }
+
   /// Binds the pipeline and a set of what is bound now. A buffer or storage image that nobody has bound is an empty
   /// one; any other image without a binding is a bug.
   void use(VkCommandBuffer commands, const Pipeline& pipeline);

@@ -15,8 +15,8 @@ struct Frustum {
   std::array<Vec3d, 5> planes;  // inside: dot >= 0; through the camera
 
   explicit Frustum(const PixelRays& r)
-      : planes{r.forward, r.tan_half_x * r.forward + r.right, r.tan_half_x * r.forward - r.right,
-               r.tan_half_y * r.forward + r.up, r.tan_half_y * r.forward - r.up} {}
+      : planes{r.forward, r.window_half_x * r.forward + r.window_right, r.window_half_x * r.forward - r.window_right,
+               r.window_half_y * r.forward + r.window_up, r.window_half_y * r.forward - r.window_up} {}
 
   enum Side { outside, straddling, inside };
   Side side(const Vec3d& low, const Vec3d& high) const {
@@ -92,7 +92,7 @@ constexpr uint64_t kFewFaces = 16384;
 }  // namespace
 
 double level_distance(int level, const PixelRays& rays, int height, double error_px) {
-  const double pixels_at_one_metre = height / (2 * rays.tan_half_y);
+  const double pixels_at_one_metre = height / (2 * rays.window_half_y);
   return 0.5 * std::ldexp(1.0, level) * pixels_at_one_metre / error_px;
 }
 

@@ -55,6 +55,7 @@ struct Drawing {
   SurfaceLight::Kind light;
   double near;  // view depth in metres closer than which nothing lies in the picture
   int width, height;
+  Inhabitants inhabitants;
 };
 
 /// Times of a picture: a mark starts a row of the report, which ends at the next mark.

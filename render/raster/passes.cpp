@@ -1,6 +1,8 @@
 /// The order of the passes. A row a pass: its file declares called_for and make.
 #include "render/raster/faces_pass.h"
+#include "render/raster/inhabitants_pass.h"
 #include "render/raster/shade_pass.h"
+#include "render/raster/temporal_pass.h"
 
 namespace render::raster {
 
@@ -11,7 +13,11 @@ std::span<const PassKind> pass_kinds() {
       // Radiance of what is seen: into targets.radiance, or targets.colour where a pass below needs that.
       ShadePass::kind(),
       // Over the shaded picture, with its depth: transparent things, particles.
-      // On the whole picture: exposure, bloom, anti-aliasing.
+      // Bodies and particles: into targets.colour.
+      InhabitantsPass::kind(),
+      // With what the pictures before saw: into targets.colour.
+      TemporalPass::kind(),
+      // What is done with the whole picture, samples and effects, comes after all passes: render/effects/.
   };
   return kinds;
 }

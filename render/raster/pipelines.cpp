@@ -76,7 +76,7 @@ world::Result<Pipeline> make_compute(gpu::Device& device, std::span<const uint32
   info.stage = stage(VK_SHADER_STAGE_COMPUTE_BIT, module, special);
   info.layout = made.layout;
   VkPipeline pipeline = VK_NULL_HANDLE;
-  VK_CHECK(vkCreateComputePipelines(device.handle(), VK_NULL_HANDLE, 1, &info, nullptr, &pipeline));
+  VK_CHECK(vkCreateComputePipelines(device.handle(), device.pipeline_cache(), 1, &info, nullptr, &pipeline));
   made.handle = gpu::Owned<VkPipeline>(device, pipeline);
   return made;
 }
@@ -150,7 +150,7 @@ world::Result<Pipeline> make_graphics(gpu::Device& device, std::span<const uint3
   info.pDynamicState = &dynamic;
   info.layout = made.layout;
   VkPipeline pipeline = VK_NULL_HANDLE;
-  VK_CHECK(vkCreateGraphicsPipelines(device.handle(), VK_NULL_HANDLE, 1, &info, nullptr, &pipeline));
+  VK_CHECK(vkCreateGraphicsPipelines(device.handle(), device.pipeline_cache(), 1, &info, nullptr, &pipeline));
   made.handle = gpu::Owned<VkPipeline>(device, pipeline);
   return made;
 }

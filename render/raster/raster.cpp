@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "render/effects/samples.h"
 #include "render/extract/extractor.h"
 #include "render/extract/levels.h"
 #include "render/extract/proxies.h"
@@ -35,8 +36,7 @@ double near_plane(const world::WorldView& view, const Camera& camera, const Pixe
         const Vec3d low = Vec3d(dx, dy, dz) - camera.position.fraction;
         nearest = std::min(nearest, glm::length(glm::max(low, glm::min(low + 1.0, Vec3d(0)))));
       }
-  const double corner = std::sqrt(1 + rays.tan_half_x * rays.tan_half_x + rays.tan_half_y * rays.tan_half_y);
-  return std::clamp(0.5 * nearest, 0.5 * raster::kNearestFace, 0.05) / corner;
+  return std::clamp(0.5 * nearest, 0.5 * raster::kNearestFace, 0.05) / rays.longest;
 }
 
 class Raster : public RasterBackend {
@@ -113,10 +113,35 @@ class Raster : public RasterBackend {
     const Shading shading(view.environment(), view.palette());
     const double near =
         near_plane(view, camera, PixelRays(camera, width, height), shapes_.has_shape(camera.position.voxel));
-    TRY(Frame frame, rasterizer_->draw(view, camera, shading, light_.kind(), knobs, near, width, height));
+    TRY(Frame frame, draw_samples(view, camera, shading, knobs, near, width, height));
     frame.report.passes.insert(frame.report.passes.begin(),
                                {{"extract", extract_ms, 0, 0}, {"upload", upload_ms, 0, bytes}});
+    frame.report.warnings = rasterizer_->device().warnings();
     frame.report.ms = ms_since(start);
+    return frame;
+  }
+
+  /// A picture a sample, averaged on the device, and its effects after the last.
+  world::Result<Frame> draw_samples(const world::WorldView& view, const Camera& camera, const Shading& shading,
+                                    const RenderKnobs& knobs, double near, int width, int height) {
+    TRY(const EffectPlan plan, plan_effects(view, camera, knobs, width, height));
+    // A part of a picture has no last one that it could be mixed with.
+    const bool alone = knobs.anti_aliasing == AntiAliasing::temporal && camera.window != PictureWindow{};
+    const std::vector<glm::dvec2> shifts = sample_shifts(alone ? AntiAliasing::none : knobs.anti_aliasing, pictures_++);
+    const bool fits = DeviceEffects::fits(rasterizer_->device(), plan);
+    if (!fits && shifts.size() > 1)
+      return world::usage_error("anti_aliasing can't be done at this size on this device; draw the picture in strips");
+    const EffectPlan none;
+    Frame frame;
+    const auto samples = static_cast<uint32_t>(shifts.size());
+    for (uint32_t sample = 0; sample < samples; ++sample) {
+      TRY(Frame one, rasterizer_->draw(view, shifted(camera, width, height, shifts[sample]), shading, light_.kind(),
+                                       knobs, near, width, height, {fits ? plan : none, sample, samples, inhabitants}));
+      one.report.add_passes(frame.report);
+      frame = std::move(one);
+    }
+    // Too large to be bound at once.
+    if (!fits && !plan.empty()) TRY_STATUS(finish_picture(view, camera, knobs, frame));
     return frame;
   }
 
@@ -196,6 +221,7 @@ class Raster : public RasterBackend {
   SurfaceLight light_;
   SunMap sun_map_;
   world::StoreRays rays_;      // for the map
+  uint64_t pictures_ = 0;      // so far: which points of pixels the next one looks through
   uint64_t store_ = 0;         // identity of the world that was extracted
   uint64_t shadow_store_ = 0;  // and of the one whose shadow grid is on the device; 0: none, or behind
   int subscriber_ = 0;

@@ -35,7 +35,11 @@ SHARED_CONST uint kBindLightCodes = 17;    // uint[]   a visible face
 SHARED_CONST uint kBindSunMap = 18;        // float[]  depths of the sun's map, row by row
 SHARED_CONST uint kBindColour = 19;        // image    linear radiance: targets.colour
 SHARED_CONST uint kBindShapeQuads = 20;    // vec4[kQuadVectors n] faces of shapes, see shading/shape.glsl.h
-SHARED_CONST uint kBindShapeLit = 21;  // vec4[2n] by `lit` of a quad: radiance of albedo 1 under the sky, in the sun
+SHARED_CONST uint kBindShapeLit = 21;    // vec4[2n] by `lit` of a quad: radiance of albedo 1 under the sky, in the sun
+SHARED_CONST uint kBindBalls = 96;       // DrawnBall[] particles, from far to near
+SHARED_CONST uint kBindBoxes = 97;       // DrawnBox[]  bodies
+SHARED_CONST uint kBindHistory = 98;     // vec4[]   what the pictures before saw of each pixel
+SHARED_CONST uint kBindNewHistory = 99;  // vec4[]   with this picture
 // 32..63: light and sky. 64..95: transparency, water, reflections. 96..127: particles, the whole picture.
 
 SHARED_CONST uint kTilePixels = 8;  // a tile of the occlusion test is 8 x 8 pixels
@@ -83,6 +87,14 @@ struct PictureConstants {
   ivec4 map_low, map_size;
   ivec4 light;  // x: slots of the light's table less 1
   vec4 screen;  // x: width, y: height, z: metres at view depth 1 that are 1.25/256 pixel
+};
+
+/// What the temporal pass is told.
+struct TemporalConstants {
+  vec4 then_right;  // rows of the last picture's projection of a point relative to its camera; w: this one's shift, px
+  vec4 then_down;   // w: shift
+  vec4 then_forward;  // w: 1 where there is a last picture, 0 where not, -1: copy
+  vec4 moved;         // m from the last picture's camera to this one's
 };
 
 SHARED uint region_hash(int x, int y, int z) {

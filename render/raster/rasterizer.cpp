@@ -28,8 +28,8 @@ PictureConstants picture_constants(const Drawing& drawing, const ShadowGrid& gri
   p.corner = to_vec4(rays.corner);
   p.step_x = to_vec4(rays.step_x);
   p.step_y = to_vec4(rays.step_y);
-  p.clip_x = to_vec4(rays.right / rays.tan_half_x);
-  p.clip_y = to_vec4(-rays.up / rays.tan_half_y);  // Vulkan's y points down
+  p.clip_x = to_vec4(rays.window_right / rays.window_half_x);
+  p.clip_y = to_vec4(-rays.window_up / rays.window_half_y);  // Vulkan's y points down
   p.clip_w = to_vec4(rays.forward);
   p.fraction = to_vec4(camera.position.fraction, drawing.near);
   p.fraction_rest = to_vec4(camera.position.fraction - Vec3d(glm::vec3(camera.position.fraction)));
@@ -51,7 +51,7 @@ PictureConstants picture_constants(const Drawing& drawing, const ShadowGrid& gri
   p.camera_voxel = ivec4(voxel.x, voxel.y, voxel.z, 0);
   p.region_min = ivec4(low.x, low.y, low.z, static_cast<int>(grid.table_size() - 1));
   p.region_max = ivec4(high.x, high.y, high.z, 0);
-  const double metres_per_pixel = 2 * rays.tan_half_y / drawing.height;
+  const double metres_per_pixel = 2 * rays.window_half_y / drawing.height;
   p.screen = vec4(drawing.width, drawing.height, static_cast<float>(1.25 / 256 * metres_per_pixel), 0);
   p.map_u = map.u, p.map_v = map.v, p.map_w = map.w, p.map_low = map.low, p.map_size = map.size;
   return p;
@@ -95,6 +95,9 @@ world::Status Rasterizer::fit_targets(int width, int height, const TargetNeeds& 
                               " must lie within 1x1 and " + std::to_string(limit) + "x" + std::to_string(limit));
   targets_ = {};
   colour_copy_ = {};
+  // One of them won't be made.
+  bindings_.forget(kBindRadiance);
+  bindings_.forget(kBindColour);
   for (Stage& stage : stages_) stage.fits = false;
   const VkExtent2D extent{static_cast<uint32_t>(width), static_cast<uint32_t>(height)};
   TRY(targets_.seen,
@@ -110,8 +113,9 @@ world::Status Rasterizer::fit_targets(int width, int height, const TargetNeeds& 
                         VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_STORAGE_BIT |
                             VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT,
                         VK_IMAGE_ASPECT_COLOR_BIT));
-    TRY(colour_copy_,
-        gpu::make_buffer(*device_, pixels * sizeof(vec4), VK_BUFFER_USAGE_TRANSFER_DST_BIT, gpu::MemoryUse::readback));
+    TRY(colour_copy_, gpu::make_buffer(*device_, pixels * sizeof(vec4),
+                                       VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                                       gpu::MemoryUse::readback));
   } else {
     TRY(targets_.radiance,
         gpu::make_buffer(*device_, pixels * sizeof(Rgb), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::MemoryUse::readback));
@@ -158,6 +162,7 @@ world::Status Rasterizer::record(VkCommandBuffer commands, const Drawing& drawin
     stages_[i].pass->record(commands, shared, drawing);
   }
   record_read_back(commands);
+  if (finishes_) effects_.record(commands, [&](const char* name) { times_.mark(commands, name); });
   times_.end(commands);
   return bindings_.status();
 }
@@ -199,7 +204,7 @@ world::Result<uint64_t> Rasterizer::follow_sun_map(const SunMap& map) {
 
 world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera& placed, const Shading& shading,
                                       SurfaceLight::Kind light, const RenderKnobs& knobs, double near, int width,
-                                      int height) {
+                                      int height, const Finish& finish) {
   Stopwatch watch, whole;
   Camera camera = placed;
   // A camera on a face's plane sees the face on its upper side, as a ray does.
@@ -207,8 +212,8 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
   const PixelRays rays(camera, width, height);
   std::vector<FacePool*> levels;
   for (const auto& level : levels_) levels.push_back(level.get());
-  const Drawing drawing{view,    levels, shape_pool_, quads_, camera, rays,  view.environment(),
-                        shading, knobs,  light,       near,   width,  height};
+  const Drawing drawing{view,    levels, shape_pool_, quads_, camera, rays,   view.environment(),
+                        shading, knobs,  light,       near,   width,  height, finish.inhabitants};
   Frame frame;
   FrameReport& report = frame.report;
 
@@ -232,6 +237,11 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
     stage.fits = true;
     TRY_STATUS(stage.pass->prepare(shared, drawing, report));
   }
+  const bool in_image = targets_.colour.handle != VK_NULL_HANDLE;
+  const ShadedPicture shaded{in_image ? &colour_copy_ : &targets_.radiance, in_image ? 4u : 3u, finish.sample,
+                             finish.samples};
+  finishes_ = DeviceEffects::called_for(finish.plan, shaded);
+  if (finishes_) TRY_STATUS(effects_.prepare(*device_, finish.plan, shaded));
   double prepare_ms = watch.lap_ms();
   for (const PassReport& row : report.passes) prepare_ms -= row.ms;
   report.passes.insert(report.passes.begin(), {"prepare", prepare_ms, 0, 0});
@@ -241,10 +251,24 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
   watch.lap_ms();
   for (Stage& stage : stages_)
     if (stage.called_for) TRY_STATUS(stage.pass->finish(shared, report));
-  frame.image = Image(width, height);
-  read_back(frame.image);
   report.device = device_->name();
-  report.passes.push_back({"read_back", watch.lap_ms(), 0, frame.image.pixels.size() * sizeof(Rgb)});
+  if (!shaded.last()) {
+    report.ms = whole.lap_ms();
+    return frame;
+  }
+  frame.image = Image(width, height);
+  if (finishes_) {
+    const EffectOutcome outcome = effects_.read(frame.image);
+    report.metered_ev = outcome.metered_ev, report.not_finite = outcome.not_finite;
+    for (const PassReport& pass : effect_passes(finish.plan)) {
+      PassReport& row = row_of(report, pass.name);
+      row.draws = pass.draws, row.bytes = pass.bytes;
+    }
+  } else {
+    read_back(frame.image);
+  }
+  report.passes.push_back({"read_back", watch.lap_ms(), 0,
+                           finishes_ ? finished_bytes(finish.plan) : frame.image.pixels.size() * sizeof(Rgb)});
   report.ms = whole.lap_ms();
   return frame;
 }

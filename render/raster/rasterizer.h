@@ -4,12 +4,21 @@
 
 #include <memory>
 
+#include "render/effects/device_chain.h"
 #include "render/light/sun_map.h"
 #include "render/raster/light_grid.h"
 #include "render/raster/pass.h"
 #include "render/raster/shadow_grid.h"
 
 namespace render::raster {
+
+/// What becomes of a picture once it is shaded: it is one of several that are averaged, then gets its effects. Only the
+/// last of them has an image.
+struct Finish {
+  const EffectPlan& plan;
+  uint32_t sample = 0, samples = 1;
+  Inhabitants inhabitants{};
+};
 
 class Rasterizer {
  public:
@@ -27,7 +36,8 @@ class Rasterizer {
   }
   /// near: view depth in metres closer than which nothing lies in the picture.
   world::Result<Frame> draw(const world::WorldView& view, const Camera& camera, const Shading& shading,
-                            SurfaceLight::Kind light, const RenderKnobs& knobs, double near, int width, int height);
+                            SurfaceLight::Kind light, const RenderKnobs& knobs, double near, int width, int height,
+                            const Finish& finish);
 
   /// Used where knobs.sun_shadow is ray, and for corner_occlusion.
   ShadowGrid& shadow_grid() { return shadow_grid_; }
@@ -69,6 +79,8 @@ class Rasterizer {
   Bindings bindings_;
   Timestamps times_;
   std::vector<Stage> stages_;
+  DeviceEffects effects_;
+  bool finishes_ = false;  // the picture at hand has effects or several samples
 };
 
 }  // namespace render::raster

@@ -7,10 +7,12 @@
 
 #include <fmt/format.h>
 
+#include "render/effects/samples.h"
 #include "render/shading.h"
 #include "render/light/sun_map.h"
 #include "render/light/surface_light.h"
 #include "render/bsdf/bsdf.h"
+#include "render/trace/layers.h"
 #include "render/trace/picture.h"
 #include "render/trace/proxies.h"
 #include "world/base/jobs.h"
@@ -61,8 +63,8 @@ class Picture {
  public:
   Picture(const world::WorldView& view, const RayStream& occupied, const world::ParallelRays& sun_rays,
           const MaskWalker& opaque, const world::StoreContours::Followed* contours, const world::BlockShapes* shapes,
-          const SurfaceLight& light,
-          const SunMap& sun_map, const Camera& camera, const RenderKnobs& knobs, int width, int height, Image& image)
+          const SurfaceLight& light, const SunMap& sun_map, const Camera& camera, const RenderKnobs& knobs, int width,
+          int height, Image& image)
       : view_(view),
         camera_(camera.position),
         rays_(camera, width, height),
@@ -178,8 +180,8 @@ class Picture {
     spent.shade_ms += ms_since(start);
   }
 
-  /// Through the voxels of shapes to the first surface: the hit names the voxel and, where that has a shape that the ray
-  /// meets, `on_shape` says where.
+  /// Through the voxels of shapes to the first surface: the hit names the voxel and, where that has a shape that the
+  /// ray meets, `on_shape` says where.
   GridHit pass_shapes(const GridRay& ray, const GridHit& first, LeafCache& blocks, ProxyHit& on_shape) const {
     const bool starts_in_shape = first.t == 0 && shapes_->shape[blocks.get(camera_.voxel)];
     if (!starts_in_shape && (!first.hit() || !shapes_->shape[blocks.get(first.voxel)])) return first;
@@ -369,9 +371,15 @@ class RaycastBackend : public Backend {
   world::Result<Frame> render(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs, int width,
                               int height) override {
     TRY_STATUS(check(camera, knobs, width, height));
+    if (knobs.spp == 1 && sample_shifts(knobs.anti_aliasing).size() > 1)
+      return average_samples(*this, view, camera, knobs, width, height);
     TRY_STATUS(check_bsdfs(view.palette()));
     TRY_STATUS(world::check_proxies(view.palette()));
-    if (!reads_light(view.world(), knobs)) return trace_picture(view, camera, knobs, sampling, width, height);
+    if (!reads_light(view.world(), knobs)) {
+      TRY(Frame traced, trace_picture(view, camera, knobs, sampling, width, height));
+      TRY_STATUS(finish_traced(view, inhabitants, camera, knobs, traced));
+      return traced;
+    }
     const auto start = Clock::now();
     Frame frame{Image(width, height), {}};
     const RayStream& occupied = rays_.stream(view.store(), MaskKind::occupied);
@@ -390,8 +398,9 @@ class RaycastBackend : public Backend {
       TRY_STATUS(sun_map_.follow(view, opaque, knobs.sun_map_texel));
     else
       sun_map_.clear();
-    const Picture picture(view, occupied, sun_rays, opaque.walker(), contours, any_shape && !contours ? &shapes : nullptr, light_, sun_map_, camera, knobs, width,
-                          height, frame.image);
+    const Picture picture(view, occupied, sun_rays, opaque.walker(), contours,
+                          any_shape && !contours ? &shapes : nullptr, light_, sun_map_, camera, knobs, width, height,
+                          frame.image);
     const double prepare_ms = ms_since(start);
     Spent total;
     std::mutex adding;
@@ -412,6 +421,7 @@ class RaycastBackend : public Backend {
     if (knobs.sun_shadow == SunShadow::ray) report.passes.push_back({"sun_shadow", total.shadow_ms * share});
     report.passes.push_back({"shade", total.shade_ms * share});
     report.device = fmt::format("CPU, {} thread{}", world::thread_count(), world::thread_count() == 1 ? "" : "s");
+    TRY_STATUS(finish_traced(view, inhabitants, camera, knobs, frame));
     return frame;
   }
 

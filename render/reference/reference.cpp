@@ -1,5 +1,6 @@
 #include "render/reference/reference.h"
 
+#include "render/trace/layers.h"
 #include "render/trace/picture.h"
 
 namespace render {
@@ -13,7 +14,9 @@ class ReferenceBackend : public Backend {
                               int height) override {
     RenderKnobs all_light = knobs;
     all_light.light_transport = LightTransport::path;
-    return trace_picture(view, camera, all_light, sampling, width, height);
+    TRY(Frame traced, trace_picture(view, camera, all_light, sampling, width, height));
+    TRY_STATUS(finish_traced(view, inhabitants, camera, knobs, traced));
+    return traced;
   }
 };
 

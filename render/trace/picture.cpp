@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "render/effects/chain.h"
 #include "render/trace/film.h"
 #include "render/trace/photons.h"
 #include "world/base/jobs.h"
@@ -103,6 +104,8 @@ class Fingerprint {
 std::string fingerprint(const world::World& w, const Camera& c) {
   Fingerprint f;
   f.add(c.position, c.forward, c.vertical_fov, c.lens_radius, c.focus_distance);
+  const PictureWindow& window = c.window;
+  if (window != PictureWindow{}) f.add(window.x, window.y, window.whole_width, window.whole_height);
   f.add(w.store.content_hash());
   for (size_t id = 0; id < w.palette->size(); ++id)
     f.add(world::toml_from_block((*w.palette)[static_cast<world::BlockId>(id)]));
@@ -175,7 +178,9 @@ class Picture {
 
   Vec3d sample(Transport& transport, int x, int y, uint32_t index) const {
     const RenderKnobs& knobs = shared_.knobs;
-    const Sampler sampler(knobs.sample_sequence, seed_, static_cast<uint32_t>(x), static_cast<uint32_t>(y), index);
+    // By the pixel of the whole picture, so that tiles of it don't repeat one pattern.
+    const auto pixel = [](int at, double first) { return static_cast<uint32_t>(at + static_cast<int>(first)); };
+    const Sampler sampler(knobs.sample_sequence, seed_, pixel(x, camera_.window.x), pixel(y, camera_.window.y), index);
     TraceRay ray;
     // One sample of an integrator that needs none but the pixel's looks where the other backends look.
     const bool centre =
@@ -225,8 +230,9 @@ world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& c
   std::map<std::string, std::string> key = sampling.picture;  // what the film's samples depend on
   key["seed"] = std::to_string(sampling.seed);
   if (!sampling.film.empty()) key["content"] = fingerprint(view.world(), camera);
+  const RenderKnobs of_samples = without_effects(knobs);  // the rest comes after the samples
   for (const auto& row : render_knobs().rows())
-    if (row.name != "spp" && row.name != "exposure") key["knob " + row.name] = row.get(knobs);
+    if (row.name != "spp" && row.name != "exposure") key["knob " + row.name] = row.get(of_samples);
   std::error_code ignored;
   if (!sampling.film.empty() && std::filesystem::exists(sampling.film, ignored)) {
     TRY(film, Film::load(sampling.film, width, height, key));
