@@ -98,6 +98,9 @@ nlohmann::json report_json(const render::FrameReport& report, const world::World
   j["passes"] = nlohmann::json::array();
   for (const render::PassReport& pass : report.passes)
     j["passes"].push_back({{"name", pass.name}, {"ms", pass.ms}, {"draws", pass.draws}, {"bytes", pass.bytes}});
+  if (!report.warnings.empty()) j["warnings"] = report.warnings;
+  if (report.metered_ev != 0) j["metered_ev"] = report.metered_ev;
+  if (report.not_finite > 0) j["not_finite"] = report.not_finite;
   if (report.samples > 0) {
     j["spp"] = report.samples;
     j["relative_error"] = report.relative_error;

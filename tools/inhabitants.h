@@ -1,0 +1,29 @@
+/// Bodies and particles of a simulation as a picture's records.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "render/backend.h"
+#include "sim/matter/matter.h"
+
+namespace tools {
+
+class InhabitantRecords {
+ public:
+  /// Takes them as they are now, relative to `origin`: near the camera, so that floats do.
+  void take(const sim::Matter& matter, world::VoxelPos origin);
+  /// Valid until the next take().
+  render::Inhabitants view() const { return {origin_, particles_, bodies_}; }
+
+ private:
+  world::VoxelPos origin_;
+  std::vector<render::ParticleRecord> particles_;
+  std::vector<render::BodyRecord> bodies_;
+};
+
+/// The world's matter after `ticks` more of them, written back into the world; null where none are asked for and no
+/// body stands in it. What it holds beside blocks goes on from the world's saved state.
+world::Result<std::unique_ptr<sim::Matter>> simulate_before(world::World& world, uint64_t ticks);
+
+}  // namespace tools
