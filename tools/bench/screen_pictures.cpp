@@ -1,0 +1,37 @@
+#include "tools/bench/screen_pictures.h"
+
+#include <cmath>
+
+#include "tools/picture.h"
+
+namespace tools {
+
+Result<std::shared_ptr<PictureMaker>> PictureMaker::make(const world::World& world, const std::string& backend,
+                                                         int width, int height) {
+  auto maker = std::make_shared<PictureMaker>();
+  maker->world_ = &world, maker->width_ = width, maker->height_ = height;
+  TRY(maker->backend_, make_backend(backend));
+  TRY(const world::CameraPlacement placement, world::camera_of(world, ""));
+  maker->camera_ = render::Camera::from(placement);
+  return maker;
+}
+
+render::Frame PictureMaker::frame(const render::RenderKnobs& knobs) {
+  const world::WorldView view(*world_);
+  auto drawn = backend_->render(view, camera_, knobs, width_, height_);
+  return drawn.ok() ? std::move(*drawn) : render::Frame{};
+}
+
+double relative_rms_of(const render::Image& image, const render::Image& reference) {
+  if (image.pixels.size() != reference.pixels.size() || image.pixels.empty()) return std::nan("");
+  double squares = 0, all = 0;
+  for (size_t i = 0; i < image.pixels.size(); ++i)
+    for (int band = 0; band < 3; ++band) {
+      const auto got = static_cast<double>((&image.pixels[i].r)[band]);
+      const auto known = static_cast<double>((&reference.pixels[i].r)[band]);
+      squares += (got - known) * (got - known), all += known * known;
+    }
+  return std::sqrt(squares / all);
+}
+
+}  // namespace tools

@@ -1,0 +1,30 @@
+/// Pictures of the valley that subjects about the screen share.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "render/backend.h"
+#include "tools/bench/benchmark.h"
+
+namespace tools {
+
+/// A backend, a world and a camera that make pictures of one size.
+class PictureMaker {
+ public:
+  static Result<std::shared_ptr<PictureMaker>> make(const world::World& world, const std::string& backend, int width,
+                                                    int height);
+  /// Empty where it fails.
+  render::Frame frame(const render::RenderKnobs& knobs);
+
+ private:
+  const world::World* world_ = nullptr;
+  std::unique_ptr<render::Backend> backend_;
+  render::Camera camera_;
+  int width_ = 0, height_ = 0;
+};
+
+/// RMS difference of all bands over the RMS of the reference; NaN where their sizes differ.
+double relative_rms_of(const render::Image& image, const render::Image& reference);
+
+}  // namespace tools

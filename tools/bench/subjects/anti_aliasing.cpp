@@ -1,0 +1,59 @@
+/// How many points of a pixel a picture has to look through: the knob anti_aliasing, on 320x180 of the valley as
+/// drawn by the rasterizer and by the ray caster.
+#include <fmt/format.h>
+
+#include "render/image/error_metrics.h"
+#include "tools/bench/screen_pictures.h"
+
+namespace tools {
+
+void add_subject_anti_aliasing(Registry& registry) {
+  Subject subject{.question = "how many points of a pixel does a picture have to look through?",
+                  .reference = "a box filter over the pixel by 256 stratified rays (quick: 64)",
+                  .metrics = {"RMS error (relative)", "FLIP"},
+                  .work_unit = "samples",
+                  .knob_unit = "samples a pixel",
+                  .threads = 0};
+  subject.settings = [](BenchContext& context) -> Result<std::vector<Setting>> {
+    TRY(const world::World* valley, context.world("valley"));
+    const int samples = context.quick() ? 64 : 256;
+    constexpr int kWidth = 320, kHeight = 180;
+    TRY(const auto raycast, PictureMaker::make(*valley, "raycast", kWidth, kHeight));
+    const auto truth = [=, &context] {
+      return context.shared<render::Image>("anti_aliasing", [&] {
+        render::RenderKnobs knobs;
+        knobs.spp = samples;
+        return std::make_shared<render::Image>(raycast->frame(knobs).image);
+      });
+    };
+    std::vector<Setting> settings;
+    for (const std::string backend : {"raster", "raycast"}) {
+      TRY(const auto maker, PictureMaker::make(*valley, backend, kWidth, kHeight));
+      for (const auto anti_aliasing :
+           {render::AntiAliasing::none, render::AntiAliasing::x2, render::AntiAliasing::x4, render::AntiAliasing::x8}) {
+        render::RenderKnobs knobs;
+        knobs.anti_aliasing = anti_aliasing;
+        const int count = 1 << static_cast<int>(anti_aliasing);
+        Setting s{.method = backend, .setting = fmt::format("{}@{}", backend, count)};
+        s.knob = count;
+        s.is_default = anti_aliasing == render::RenderKnobs{}.anti_aliasing;
+        s.measure = [=](uint64_t) {
+          const auto known = truth();
+          const render::Image image = maker->frame(knobs).image;
+          if (image.pixels.size() != known->pixels.size()) return ErrorSample{{std::nan(""), std::nan("")}, 0};
+          const render::ErrorMetrics metrics = render::compare_images(image, *known).metrics;
+          return ErrorSample{{relative_rms_of(image, *known), metrics.flip}, metrics.bias};
+        };
+        s.run = [=] {
+          keep(maker->frame(knobs).image.pixels.size());
+          return static_cast<double>(count) * kWidth * kHeight;
+        };
+        settings.push_back(std::move(s));
+      }
+    }
+    return settings;
+  };
+  registry.add(std::move(subject));
+}
+
+}  // namespace tools
