@@ -24,7 +24,14 @@ std::unique_ptr<RasterBackend> checked_raster() {
   return made.ok() ? std::move(*made) : nullptr;
 }
 
-Frame frame_of(Backend& backend, const world::World& w, const Camera& camera, const RenderKnobs& knobs = {},
+/// With every surface where it is: coarser levels lie up to a pixel beside it.
+RenderKnobs exact_levels() {
+  RenderKnobs knobs;
+  knobs.lod_error_px = 0;
+  return knobs;
+}
+
+Frame frame_of(Backend& backend, const world::World& w, const Camera& camera, const RenderKnobs& knobs = exact_levels(),
                int width = kWidth, int height = kHeight) {
   const world::WorldView view(w);
   auto drawn = backend.render(view, camera, knobs, width, height);
@@ -48,14 +55,15 @@ TEST(PictureWindow, TilesOfAPictureMakeUpTheWhole) {
   const auto raster = checked_raster();
   auto raycast = make_raycast_backend();
   ASSERT_TRUE(raster && raycast.ok());
-  RenderKnobs traced;
+  RenderKnobs traced = exact_levels();
   traced.spp = 4;
   struct Case {
     Backend* backend;
-    RenderKnobs knobs;
+    RenderKnobs knobs = exact_levels();
     size_t differ;  // rays of a tile start from other bits, so that a few at edges fall to the other side
   };
-  for (const Case& c : {Case{raster.get(), {}, 8}, Case{raycast->get(), {}, 2}, Case{raycast->get(), traced, 8}})
+  for (const Case& c : {Case{raster.get(), exact_levels(), 8}, Case{raycast->get(), exact_levels(), 2},
+                        Case{raycast->get(), traced, 8}})
     for (const NamedCamera& seen : hill_cameras()) {
       if (c.knobs.spp > 1 && seen.name != "eye level") continue;
       const Image whole = frame_of(*c.backend, w, seen.camera, c.knobs).image;
@@ -81,7 +89,7 @@ TEST(PictureWindow, AShiftByPartsOfAPixelLooksBesideTheMiddles) {
   const Camera whole = hill_cameras()[0].camera;
   Camera shifted = whole;
   shifted.window = {0.25, 0.25, kWidth, kHeight};
-  const Image twice = frame_of(*raster, w, whole, {}, 2 * kWidth, 2 * kHeight).image,
+  const Image twice = frame_of(*raster, w, whole, exact_levels(), 2 * kWidth, 2 * kHeight).image,
               beside = frame_of(*raster, w, shifted).image;
   Image expected(kWidth, kHeight);
   for (int y = 0; y < kHeight; ++y)
@@ -96,11 +104,11 @@ TEST(AntiAliasing, MoreSamplesComeNearerToABoxFilteredPicture) {
   auto raycast = make_raycast_backend();
   ASSERT_TRUE(raster && raycast.ok());
   const Camera camera = hill_cameras()[0].camera;
-  RenderKnobs reference;
+  RenderKnobs reference = exact_levels();
   reference.spp = 256;
   const Image truth = frame_of(**raycast, w, camera, reference).image;
   const auto error = [&](Backend& backend, AntiAliasing anti_aliasing) {
-    RenderKnobs knobs;
+    RenderKnobs knobs = exact_levels();
     knobs.anti_aliasing = anti_aliasing;
     const Image image = frame_of(backend, w, camera, knobs).image;
     double squares = 0, all = 0;
@@ -127,7 +135,7 @@ TEST(AntiAliasing, TemporalComesToEightSamplesAtRestAndLeavesNoTrailsWhenMoving)
   const world::World w = hills();
   const auto raster = checked_raster(), fresh = checked_raster();
   ASSERT_TRUE(raster && fresh);
-  RenderKnobs temporal, eight;
+  RenderKnobs temporal = exact_levels(), eight = exact_levels();
   temporal.anti_aliasing = AntiAliasing::temporal, eight.anti_aliasing = AntiAliasing::x8;
   const auto error = [](const Image& a, const Image& b) {
     double squares = 0, all = 0;
@@ -172,7 +180,7 @@ TEST(HardCaseX1, EffectsOfBackendsAreThoseOfTheChainAndAbsentOnesMakeNoPass) {
   auto raycast = make_raycast_backend();
   ASSERT_TRUE(raster && raycast.ok());
   const Camera camera = hill_cameras()[1].camera;
-  RenderKnobs knobs;
+  RenderKnobs knobs = exact_levels();
   knobs.bloom = 0.2f, knobs.vignette = 1, knobs.tone_map = ToneMap::filmic, knobs.grain = 0.02f;
   knobs.exposure_mode = ExposureMode::histogram, knobs.lens_flare = 0.5f, knobs.chromatic_aberration = 0.004f;
   for (Backend* backend : {static_cast<Backend*>(raster.get()), raycast->get()}) {
@@ -206,7 +214,7 @@ TEST(Device, WithoutOptionalFeaturesAPictureIsTheSameAndSaysWhatIsMissing) {
 TEST(HardCaseR13, OutOfDeviceMemoryAtAnyPlaceIsOneErrorAndThenThePictureAgain) {
   const world::World w = hills();
   const Camera camera = hill_cameras()[0].camera;
-  RenderKnobs knobs;
+  RenderKnobs knobs = exact_levels();
   knobs.bloom = 0.1f, knobs.anti_aliasing = AntiAliasing::x2;
   const auto raster = checked_raster();
   ASSERT_TRUE(raster);
@@ -240,7 +248,7 @@ TEST(HardCaseR11, ALostDeviceGetsItsEffectsBack) {
   auto raster = make_raster({.validation = true, .lose_device = [&] { return --until_loss == 0; }});
   ASSERT_TRUE(raster.ok());
   const world::World w = hills();
-  RenderKnobs knobs;
+  RenderKnobs knobs = exact_levels();
   knobs.bloom = 0.2f, knobs.anti_aliasing = AntiAliasing::x4, knobs.exposure_mode = ExposureMode::log_mean;
   const Camera camera = hill_cameras()[0].camera;
   const Image before = frame_of(**raster, w, camera, knobs).image;
