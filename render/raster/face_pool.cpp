@@ -141,6 +141,8 @@ world::Result<uint64_t> FacePool::update(gpu::Device& device, std::span<const Po
   // Keep what is unchanged; free what changed or is gone. Both lists are sorted by position.
   std::vector<PooledChunk> next(chunks.size());
   std::vector<size_t> fresh;
+  // What took the place of a chunk that was seen is drawn with what was seen, so that an edit costs no second pass.
+  std::vector<bool> was_seen(chunks.size());
   uint64_t records = 0;
   size_t old = 0;
   for (size_t i = 0; i < chunks.size(); ++i) {
@@ -150,6 +152,8 @@ world::Result<uint64_t> FacePool::update(gpu::Device& device, std::span<const Po
         next[i] = chunks_[old++];
         continue;
       }
+      was_seen[i] = std::any_of(chunks_[old].clusters.begin(), chunks_[old].clusters.end(),
+                                [](const FaceCluster& c) { return c.visible; });
       release(chunks_[old++]);
     }
     fresh.push_back(i);
@@ -179,6 +183,7 @@ world::Result<uint64_t> FacePool::update(gpu::Device& device, std::span<const Po
       largest_ = std::max(largest_, count);
       const uint64_t bytes = count * sizeof(FaceRecord);
       write_clusters(source, box_of_, chunk, reinterpret_cast<FaceRecord*>(staging.mapped() + at));
+      for (FaceCluster& cluster : chunk.clusters) cluster.visible = was_seen[i];
       copies.push_back({chunk.page, {at, uint64_t{chunk.first} * sizeof(FaceRecord), bytes}});
       at += bytes;
     }
