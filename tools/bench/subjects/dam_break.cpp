@@ -79,25 +79,29 @@ std::unique_ptr<Broken> broken(int bed, sim::LiquidModel model, int passes, uint
 /// Depth as RMS over the channel and its mean, and the front: where the depth is 2 cm above the bed's, or 5 % of the
 /// step, whichever is more.
 ErrorSample error_of(const Broken& dam, const Solution& right) {
-  double squares = 0, sum = 0, front = -kReach;
+  double squares = 0, sum = 0, front = -kReach, water = 0;
   for (int x = -kReach; x < kReach; ++x) {
     double depth = 0;
     for (int y = 0; y < kDepth + 4; ++y)
       for (int z = 0; z < kWidth; ++z) depth += dam.matter->amount_at({x, y, z});
     depth /= static_cast<double>(sim::kFullVoxel) * kWidth;
+    water += depth;
     const double step = right.bed > 0 ? 0.05 * (kDepth - right.bed) : 0.02;
     if (depth > right.bed + step) front = x + 1;
     const double wrong = depth - right.depth(x + 0.5);
     squares += wrong * wrong, sum += wrong;
   }
-  return {{std::sqrt(squares / (2 * kReach)) / kDepth, std::abs(front - right.front)}, sum / (2 * kReach) / kDepth};
+  const double at_first = static_cast<double>(kReach) * (kDepth + right.bed);
+  return {{std::sqrt(squares / (2 * kReach)) / kDepth, std::abs(front - right.front), std::abs(water / at_first - 1)},
+          sum / (2 * kReach) / kDepth};
 }
 
 void add_dam(Registry& registry, const char* name, int bed, const char* reference) {
   Subject subject{.name = name,
                   .question = "how well does a model of liquids break a dam?",
                   .reference = reference,
-                  .metrics = {"RMS error of depth (relative to the dam's)", "error of the front (m)"},
+                  .metrics = {"RMS error of depth (relative to the dam's)", "error of the front (m)",
+                              "water made or lost (relative)"},
                   .work_unit = "voxels",
                   .knob_unit = "passes a tick"};
   subject.settings = [bed](BenchContext&) -> Result<std::vector<Setting>> {
