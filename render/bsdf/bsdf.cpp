@@ -40,6 +40,10 @@ const Bsdf* find_bsdf(std::string_view name) {
   return found != std::end(kBsdfs) && found->name == name ? found : nullptr;
 }
 
+const Bsdf* bsdf_of(const world::Block& block) {
+  return find_bsdf(block.bsdf == "blinn_phong" && block.glossy.max() == 0 ? "lambert" : block.bsdf);
+}
+
 world::Status check_bsdfs(const world::BlockPalette& palette) {
   for (size_t id = 0; id < palette.size(); ++id) {
     const world::Block& block = palette[static_cast<world::BlockId>(id)];

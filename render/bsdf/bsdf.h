@@ -46,6 +46,8 @@ struct Bsdf {
 std::span<const Bsdf> bsdfs();
 /// Null where there is none of that name.
 const Bsdf* find_bsdf(std::string_view name);
+/// The member that a block's strengths call for: a lobe of strength 0 is none, and is not sampled. Null as above.
+const Bsdf* bsdf_of(const world::Block& block);
 
 /// Fails where a block names a BSDF that there is none of; the message names both, where that stands, and the nearest
 /// name there is.

@@ -130,7 +130,7 @@ void TraceScene::add_materials() {
   for (size_t id = 0; id < palette.size(); ++id) {
     const world::Block& block = palette[static_cast<BlockId>(id)];
     Material& m = materials_[id];
-    m.bsdf = find_bsdf(block.bsdf);
+    m.bsdf = bsdf_of(block);
     m.outside = bsdf_parameters(block, index_air, false, gloss_);
     m.inside = bsdf_parameters(block, index_air, true, gloss_);
     // Lambertian: P = pi A L, with A = 6 m^2 of a cube.

@@ -52,6 +52,7 @@ bool Cells::follow_edits() {
   met_.resize(traits_.size(), 0), booked_.resize(traits_.size());
   const std::vector<LeafPos> dirty = store_.take_dirty(subscriber_);
   const bool any = !dirty.empty() || !arrived_.empty();
+  if (!any && settled()) return false;  // nothing is stirred that isn't awake
   for (const LeafPos& l : dirty) {
     const RegionPos r = world::region_from_leaf(l);
     if (away_.contains(r) || arrived_.contains(r)) continue;
@@ -237,6 +238,7 @@ void Cells::load(RegionPos r, std::span<const uint8_t> also) {
 
 /// In regions that came, and in the leaves around: whatever waited at their border.
 void Cells::wake_arrived() {
+  if (arrived_.empty()) return;
   world::StoreReader reader(store_);
   for (const auto& arrived : arrived_) {
     const world::RegionPos r = arrived.first;

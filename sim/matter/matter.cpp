@@ -178,7 +178,9 @@ void Matter::call_rules() {
   };
   for (size_t r = 0; r < rows.size(); ++r) {
     Running& running = rules_[r];
-    if (running.rule) continue;
+    if (running.rule ||
+        std::find(options_.without.begin(), options_.without.end(), rows[r].info.name) != options_.without.end())
+      continue;
     const auto calls = [&](world::BlockId id) {
       return rows[r].info.calls((*world_.palette)[id]) || (rows[r].info.reacts && reacts(id));
     };

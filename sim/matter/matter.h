@@ -55,6 +55,7 @@ struct MatterOptions {
   uint64_t tick = 0;                      // of the world: what was simulated before
   std::vector<std::string> effects = {};  // asked for beyond what the content calls for
   SimKnobs knobs = {};
+  std::vector<std::string> without = {};            // rules that are left out as if the program had none of that name
   std::vector<Reaction> reactions = {};             // of the scene, beyond the rows of reactions.toml
   std::vector<world::ParticleSource> sources = {};  // the world's own, set by Matter
   double rest_k = kRestKelvin;                      // what nothing heats or cools; Matter takes the world's
