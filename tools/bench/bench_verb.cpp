@@ -1,14 +1,18 @@
 #include "tools/bench/bench_verb.h"
 
 #include <algorithm>
+#include <chrono>
 #include <iostream>
 
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "tools/bench/absent.h"
 #include "tools/bench/compare.h"
+#include "tools/bench/html_report.h"
 #include "tools/bench/plot.h"
 #include "tools/bench/report.h"
+#include "tools/bench/stability.h"
 #include "world/base/text.h"
 #include "world/formats/format.h"
 
@@ -30,6 +34,21 @@ void show_progress(size_t done, size_t total, const std::string& what) {
   else if (done < total)
     std::cerr << fmt::format("[{}/{}] {}\n", done + 1, total, what);
 }
+
+/// Of what is left, as if each took as long as those before.
+class TimeLeft {
+ public:
+  explicit TimeLeft(size_t total) : total_(total) {}
+  std::string text(size_t done) const {
+    if (!done) return {};
+    const double spent = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    return fmt::format(", about {:.0f} s left", spent / static_cast<double>(done) * static_cast<double>(total_ - done));
+  }
+
+ private:
+  size_t total_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
 
 world::Error unknown(const std::string& kind, const std::string& name, const std::vector<std::string>& known) {
   const std::string nearest = world::nearest_text(name, known);
@@ -104,8 +123,9 @@ Result<int> bench_run(const Registry& registry, const BenchRequest& request) {
   const Machine machine = this_machine();
   BenchContext context(request.quick, request.seed);
   std::vector<RowResult> results;
+  TimeLeft time_left(rows.size());
   for (const Registry::Row& row : rows) {
-    show_progress(results.size(), rows.size(), row.suite + "/" + row.bench.name);
+    show_progress(results.size(), rows.size(), row.suite + "/" + row.bench.name + time_left.text(results.size()));
     results.push_back(run_row(row, context, options));
   }
   show_progress(rows.size(), rows.size(), "done");
@@ -118,34 +138,56 @@ Result<int> bench_run(const Registry& registry, const BenchRequest& request) {
   return failed ? static_cast<int>(world::ErrorKind::comparison) : 0;
 }
 
+namespace {
+
+Status make_folder(const std::filesystem::path& folder, const char* option) {
+  if (folder.empty()) return {};
+  std::error_code failed;
+  std::filesystem::create_directories(folder, failed);
+  if (failed)
+    return world::input_error(fmt::format("{}: cannot make this folder ({}); give {} a writable one", folder.string(),
+                                          failed.message(), option));
+  return {};
+}
+
+Status write_plots(const std::filesystem::path& folder, const SubjectResult& result) {
+  if (folder.empty() || !result.error.empty()) return {};
+  TRY_STATUS(world::write_bytes_atomically(folder / (result.name + ".svg"), pareto_svg(result)));
+  if (!result.slopes.empty())
+    TRY_STATUS(world::write_bytes_atomically(folder / (result.name + "-slopes.svg"), slopes_svg(result)));
+  return world::write_bytes_atomically(folder / (result.name + ".csv"), pareto_csv(result));
+}
+
+Status write_report(const std::filesystem::path& folder, const Machine& machine, const RunOptions& options,
+                    const std::vector<SubjectResult>& results) {
+  if (folder.empty()) return {};
+  TRY(const std::string html, html_report(machine, options, results));
+  TRY_STATUS(world::write_bytes_atomically(folder / "report.html", html));
+  TRY_STATUS(world::write_bytes_atomically(folder / "accuracy.md", accuracy_markdown(machine, options, results)));
+  std::string csv;
+  for (const SubjectResult& result : results) csv += pareto_csv(result) + "\n";
+  TRY_STATUS(world::write_bytes_atomically(folder / "pareto.csv", csv));
+  return world::write_bytes_atomically(folder / "pareto.json", pareto_json(machine, options, results).dump(2) + "\n");
+}
+
+}  // namespace
+
 Result<int> bench_pareto(const Registry& registry, const BenchRequest& request) {
   TRY(const std::vector<Subject> subjects, select_subjects(registry, request.names));
-  if (!request.plot_folder.empty()) {
-    std::error_code failed;
-    std::filesystem::create_directories(request.plot_folder, failed);
-    if (failed)
-      return world::input_error(request.plot_folder.string() + ": cannot make this folder (" + failed.message() +
-                                "); give --plot a writable one");
-  }
-  const RunOptions options = run_options(request);
+  TRY_STATUS(make_folder(request.plot_folder, "--plot"));
+  TRY_STATUS(make_folder(request.report_folder, "--report"));
+  RunOptions options = run_options(request);
+  options.pictures = !request.report_folder.empty();
   const Machine machine = this_machine();
   BenchContext context(request.quick, request.seed);
   std::vector<SubjectResult> results;
-  int code = 0;
+  TimeLeft time_left(subjects.size());
   for (const Subject& subject : subjects) {
-    show_progress(results.size(), subjects.size(), subject.name);
-    SubjectResult result = run_subject(subject, context, options);
-    const bool slopes_met =
-        std::all_of(result.slopes.begin(), result.slopes.end(), [](const SlopeResult& s) { return s.met; });
-    if (!result.error.empty() || !slopes_met) code = static_cast<int>(world::ErrorKind::comparison);
-    if (!request.plot_folder.empty() && result.error.empty()) {
-      TRY_STATUS(world::write_bytes_atomically(request.plot_folder / (subject.name + ".svg"), pareto_svg(result)));
-      if (!result.slopes.empty())
-        TRY_STATUS(
-            world::write_bytes_atomically(request.plot_folder / (subject.name + "-slopes.svg"), slopes_svg(result)));
-      TRY_STATUS(world::write_bytes_atomically(request.plot_folder / (subject.name + ".csv"), pareto_csv(result)));
-    }
-    results.push_back(std::move(result));
+    show_progress(results.size(), subjects.size(), subject.name + time_left.text(results.size()));
+    results.push_back(run_subject(subject, context, options));
+    TRY_STATUS(write_plots(request.plot_folder, results.back()));
+    // After each, so that a run that is stopped leaves what it has.
+    TRY_STATUS(write_report(request.report_folder, machine, options, results));
   }
   show_progress(subjects.size(), subjects.size(), "done");
   if (request.json) {
@@ -154,7 +196,68 @@ Result<int> bench_pareto(const Registry& registry, const BenchRequest& request) 
     std::cout << machine_text(machine);
     for (const SubjectResult& result : results) std::cout << '\n' << pareto_text(result);
   }
-  return code;
+  const bool met = std::all_of(results.begin(), results.end(), [](const SubjectResult& r) { return r.gates_met(); });
+  return met ? 0 : static_cast<int>(world::ErrorKind::comparison);
+}
+
+namespace {
+
+/// Those of the asked names, all where none is asked for.
+template <class Case, class Name>
+Result<std::vector<Case>> select_cases(std::vector<Case> all, const std::vector<std::string>& names, Name name_of,
+                                       const char* kind) {
+  if (names.empty()) return all;
+  std::vector<std::string> known;
+  for (const Case& c : all) known.push_back(name_of(c));
+  for (const std::string& name : names)
+    if (std::find(known.begin(), known.end(), name) == known.end()) return unknown(kind, name, known);
+  std::erase_if(all, [&](const Case& c) { return std::find(names.begin(), names.end(), name_of(c)) == names.end(); });
+  return all;
+}
+
+}  // namespace
+
+Result<int> bench_absent(const BenchRequest& request) {
+  TRY(const std::vector<AbsentCase> cases,
+      select_cases(
+          absent_cases(), request.names, [](const AbsentCase& c) { return c.effect; }, "effect"));
+  const RunOptions options = run_options(request);
+  const Machine machine = this_machine();
+  BenchContext context(request.quick, request.seed);
+  std::vector<AbsentRow> rows;
+  TimeLeft time_left(cases.size());
+  for (const AbsentCase& c : cases) {
+    show_progress(rows.size(), cases.size(), c.effect + time_left.text(rows.size()));
+    rows.push_back(run_absent(c, context, options.quick ? 0.3 : 3));
+  }
+  show_progress(cases.size(), cases.size(), "done");
+  if (request.json)
+    std::cout << absent_json(machine, options, rows).dump(2) << '\n';
+  else
+    std::cout << machine_text(machine) << absent_text(rows);
+  const bool met = std::all_of(rows.begin(), rows.end(), [](const AbsentRow& r) { return r.met(); });
+  return met ? 0 : static_cast<int>(world::ErrorKind::comparison);
+}
+
+Result<int> bench_stability(const BenchRequest& request) {
+  TRY(const std::vector<StabilityCase> cases,
+      select_cases(
+          stability_cases(), request.names, [](const StabilityCase& c) { return c.id; }, "hard case"));
+  const Machine machine = this_machine();
+  BenchContext context(request.quick, request.seed);
+  std::vector<StabilityRow> rows;
+  TimeLeft time_left(cases.size());
+  for (const StabilityCase& c : cases) {
+    show_progress(rows.size(), cases.size(), c.id + time_left.text(rows.size()));
+    rows.push_back(run_stability(c, context));
+  }
+  show_progress(cases.size(), cases.size(), "done");
+  if (request.json)
+    std::cout << stability_json(machine, rows).dump(2) << '\n';
+  else
+    std::cout << machine_text(machine) << stability_text(rows);
+  const bool met = std::all_of(rows.begin(), rows.end(), [](const StabilityRow& r) { return r.fault.empty(); });
+  return met ? 0 : static_cast<int>(world::ErrorKind::comparison);
 }
 
 Result<int> bench_compare(const std::filesystem::path& before, const std::filesystem::path& after, bool json) {

@@ -1,4 +1,5 @@
-/// loam bench list | run [SUITE...] | pareto | compare A.json B.json: the benchmark runner's commands.
+/// loam bench list | run [SUITE...] | pareto | absent | stability | compare A.json B.json: the benchmark runner's
+/// commands.
 #pragma once
 
 #include <filesystem>
@@ -15,7 +16,8 @@ struct BenchRequest {
   std::vector<std::string> names;  // suites or suite/row for run, subjects for pareto; none = all
   bool json = false, quick = false;
   uint64_t seed = 1;
-  std::filesystem::path plot_folder;  // pareto: one SVG and one CSV a subject
+  std::filesystem::path plot_folder;    // pareto: one SVG and one CSV a subject
+  std::filesystem::path report_folder;  // pareto: report.html, accuracy.md, pareto.csv, pareto.json
 };
 
 /// What a request names; the error of an unknown name holds the nearest known one.
@@ -26,8 +28,12 @@ Result<std::vector<Subject>> select_subjects(const Registry& registry, const std
 Result<int> bench_list(const Registry& registry, bool json);
 /// 0 whether reaches are met or not; 1 where a row failed.
 Result<int> bench_run(const Registry& registry, const BenchRequest& request);
-/// 1 where a subject failed or a method misses its expected slope.
+/// 1 where a subject failed, or doesn't keep what it declares: slopes, biases, defaults on the front.
 Result<int> bench_pareto(const Registry& registry, const BenchRequest& request);
+/// 1 where an effect costs anything that a scene doesn't call for. Names: effects.
+Result<int> bench_absent(const BenchRequest& request);
+/// 1 where a hard case doesn't keep its bound. Names: hard cases.
+Result<int> bench_stability(const BenchRequest& request);
 /// 1 on a regression.
 Result<int> bench_compare(const std::filesystem::path& before, const std::filesystem::path& after, bool json);
 

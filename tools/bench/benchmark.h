@@ -29,6 +29,7 @@
 #include <string>
 #include <vector>
 
+#include "render/image/image.h"
 #include "world/base/errors.h"
 #include "world/world.h"
 
@@ -149,6 +150,8 @@ struct Setting {
   std::function<ErrorSample(uint64_t seed)> measure = nullptr;
   std::function<double()> run =
       nullptr;  // timed; returns the deterministic work of one call in the subject's work_unit
+  std::function<render::Image()> picture = nullptr;  // what it looks like, where it looks like anything: for reports
+  std::string command = {};                          // that does the same by hand; empty: the subject's own
 };
 
 /// The log-log slope of the first metric over the knob that a method must show, within +-0.1, from a least knob on.
@@ -167,6 +170,9 @@ struct Subject {
   double noise_floor = 0;            // of the reference, in the unit of the first metric; 0 = exact
   int threads = 1;
   std::map<std::string, ExpectedSlope> expected_slopes = {};  // by method
+  std::map<std::string, double> bias_limits =
+      {};  // by method: |bias| at its last knob, in the unit of the first metric
+  std::function<render::Image()> reference_picture = nullptr;
   std::function<Result<std::vector<Setting>>(BenchContext&)> settings = nullptr;
 };
 

@@ -1,4 +1,7 @@
-/// Two results of `bench run --json`: which rows changed for sure.
+/// Two results of `bench run --json`, or two of `bench pareto --json`: which rows changed for sure.
+///
+/// Each point of a subject is three rows: its error and its time, as rows of `run`, and its work, which is the same on
+/// every machine: 2 % more of it is a regression, unless the error fell.
 #pragma once
 
 #include <filesystem>
@@ -18,7 +21,7 @@ struct Change {
 };
 
 struct Comparison {
-  std::vector<Change> changes;           // medians more than 5 % apart whose quartile ranges don't overlap
+  std::vector<Change> changes;           // medians more than 5 % apart (work: 2 %) whose quartile ranges don't overlap
   std::vector<std::string> gone, added;  // rows that one side lacks, or that failed there; a row gone is a regression
   size_t compared = 0;
   bool same_machine = true;

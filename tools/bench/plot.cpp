@@ -8,13 +8,7 @@
 
 namespace tools {
 
-namespace {
-
-constexpr double kWidth = 960, kHeight = 640, kLeft = 80, kRight = 760, kTop = 60, kBottom = 570;
-// Okabe and Ito's colours, which stay apart for most colour-blind readers.
-constexpr const char* kColours[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"};
-
-std::string escaped(const std::string& text) {
+std::string xml_text(const std::string& text) {
   std::string out;
   for (char c : text) switch (c) {
       case '&':
@@ -34,6 +28,12 @@ std::string escaped(const std::string& text) {
     }
   return out;
 }
+
+namespace {
+
+constexpr double kWidth = 960, kHeight = 640, kLeft = 80, kRight = 760, kTop = 60, kBottom = 570;
+// Okabe and Ito's colours, which stay apart for most colour-blind readers.
+constexpr const char* kColours[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"};
 
 /// Whole decades that hold the values.
 struct LogAxis {
@@ -61,7 +61,7 @@ struct Picture {
     svg += fmt::format("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" {}/>\n", x1, y1, x2, y2, style);
   }
   void text(double x, double y, const std::string& style, const std::string& words) {
-    svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" {}>{}</text>\n", x, y, style, escaped(words));
+    svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" {}>{}</text>\n", x, y, style, xml_text(words));
   }
   void path(const std::vector<std::pair<double, double>>& points, const std::string& style) {
     std::string list;
@@ -102,7 +102,7 @@ void draw_axes(Picture& picture, const LogAxis& time, const LogAxis& error, cons
   picture.text((kLeft + kRight) / 2, kBottom + 44, "text-anchor=\"middle\"",
                across == Across::time ? "ms of one call; work: " + s.work_unit : s.knob_unit);
   picture.svg += fmt::format("<text transform=\"translate(22 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
-                             (kTop + kBottom) / 2, escaped(s.metrics.empty() ? "error" : s.metrics[0]));
+                             (kTop + kBottom) / 2, xml_text(s.metrics.empty() ? "error" : s.metrics[0]));
 }
 
 /// Where labels go without covering each other; what finds no place is left to the tooltip.
@@ -137,7 +137,7 @@ std::string short_label(const PointResult& p) {
 
 void draw_point(Picture& picture, double x, double y, const PointResult& p, double error, const std::string& colour) {
   const std::string stroke = "stroke=\"" + colour + "\" stroke-width=\"2\"";
-  picture.svg += "<g><title>" + escaped(p.setting) + "</title>\n";
+  picture.svg += "<g><title>" + xml_text(p.setting) + "</title>\n";
   if (p.failed) {
     picture.line(x - 5, y - 5, x + 5, y + 5, stroke);
     picture.line(x - 5, y + 5, x + 5, y - 5, stroke);

@@ -12,6 +12,8 @@
 
 namespace tools {
 
+/// With what XML reads otherwise escaped, and control characters as spaces.
+std::string xml_text(const std::string& text);
 std::string pareto_svg(const SubjectResult& subject);
 /// Over the knob, with a dashed line of the slope that a method must show through its middle: for subjects that state
 /// slopes.

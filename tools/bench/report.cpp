@@ -103,7 +103,8 @@ Json subject_json(const SubjectResult& s) {
                               {"failed", p.failed},
                               {"below_floor", p.below_floor},
                               {"front", p.front},
-                              {"default_on_front", p.default_on_front ? Json(*p.default_on_front) : Json()}});
+                              {"default_on_front", p.default_on_front ? Json(*p.default_on_front) : Json()},
+                              {"command", p.command}});
   }
   json["slopes"] = Json::array();
   for (const SlopeResult& slope : s.slopes)
@@ -111,6 +112,10 @@ Json subject_json(const SubjectResult& s) {
                               {"expected", slope.expected},
                               {"fitted", number_or_null(slope.fitted)},
                               {"met", slope.met}});
+  json["biases"] = Json::array();
+  for (const BiasResult& bias : s.biases)
+    json["biases"].push_back(
+        {{"method", bias.method}, {"limit", bias.limit}, {"bias", number_or_null(bias.bias)}, {"met", bias.met}});
   return json;
 }
 

@@ -164,6 +164,8 @@ void measure_errors(const Subject& subject, const std::vector<Setting>& settings
     PointResult point;
     point.method = setting.method, point.setting = setting.setting, point.problem = setting.problem;
     point.knob = setting.knob, point.is_default = setting.is_default;
+    point.command = setting.command.empty() ? "loam bench pareto --subject " + subject.name : setting.command;
+    if (options.pictures && setting.picture) point.picture = setting.picture();
     std::vector<std::vector<double>> errors(subject.metrics.size());
     std::vector<double> biases;
     for (int i = 0; i < (setting.stochastic ? many : 1); ++i) {
@@ -207,12 +209,13 @@ void rank(SubjectResult& result) {
   std::map<std::string, std::vector<size_t>> problems;
   for (size_t i = 0; i < result.points.size(); ++i) problems[result.points[i].problem].push_back(i);
   for (const auto& [problem, indices] : problems) {
-    std::vector<double> costs;
+    std::vector<double> costs, works;
     std::vector<std::vector<double>> errors(result.metrics.size());
     for (size_t i : indices) {
       const PointResult& p = result.points[i];
       const bool ranked = !p.failed && !p.below_floor;
       costs.push_back(ranked ? p.ms.median : kNan);
+      works.push_back(ranked ? p.work : kNan);
       for (size_t m = 0; m < errors.size(); ++m) errors[m].push_back(ranked ? p.errors[m].median : kNan);
     }
     const std::vector<bool> front = pareto_front(errors[0], costs);
@@ -220,9 +223,12 @@ void rank(SubjectResult& result) {
       PointResult& p = result.points[indices[k]];
       p.front = front[k];
       if (!p.is_default || p.below_floor) continue;
-      p.default_on_front = std::any_of(errors.begin(), errors.end(), [&](const std::vector<double>& metric) {
-        return !dominated_beyond(metric, costs, k, 0.05);
-      });
+      const auto on_front_by = [&](const std::vector<double>& cost) {
+        return std::any_of(errors.begin(), errors.end(),
+                           [&](const std::vector<double>& metric) { return !dominated_beyond(metric, cost, k, 0.05); });
+      };
+      p.default_on_front = on_front_by(costs);
+      p.default_on_work_front = on_front_by(works);
     }
   }
 }
@@ -239,7 +245,29 @@ void fit_slopes(const Subject& subject, SubjectResult& result) {
   }
 }
 
+/// At the method's largest knob, where its approximation is smallest: the largest over all problems.
+void check_biases(const Subject& subject, SubjectResult& result) {
+  for (const auto& [method, limit] : subject.bias_limits) {
+    double last = -std::numeric_limits<double>::infinity(), bias = kNan;
+    for (const PointResult& p : result.points) {
+      if (p.method != method || p.knob < last) continue;
+      bias = p.knob > last || std::abs(p.bias) > std::abs(bias) ? p.bias : bias;
+      last = p.knob;
+    }
+    result.biases.push_back({method, limit, bias, std::abs(bias) <= limit});
+  }
+}
+
 }  // namespace
+
+bool SubjectResult::gates_met() const {
+  const auto met = [](const auto& r) { return r.met; };
+  return error.empty() && std::all_of(slopes.begin(), slopes.end(), met) &&
+         std::all_of(biases.begin(), biases.end(), met) &&
+         std::all_of(points.begin(), points.end(), [](const PointResult& p) {
+           return p.default_on_front.value_or(true) || p.default_on_work_front.value_or(true);
+         });
+}
 
 SubjectResult run_subject(const Subject& subject, BenchContext& context, const RunOptions& options) {
   SubjectResult result;
@@ -255,12 +283,14 @@ SubjectResult run_subject(const Subject& subject, BenchContext& context, const R
     }
     measure_errors(subject, *settings, options, result);
     measure_times(*settings, options, result);
+    if (options.pictures && subject.reference_picture) result.reference_picture = subject.reference_picture();
   } catch (const std::exception& e) {
     result.error = e.what();
     return result;
   }
   rank(result);
   fit_slopes(subject, result);
+  check_biases(subject, result);
   return result;
 }
 

@@ -22,6 +22,7 @@ struct RunOptions {
   /// Repetitions stop here once there are enough of them.
   double row_seconds = 12;
   int repetitions = 11, least_repetitions = 3;
+  bool pictures = false;  // of subjects: made too, for a report
   std::function<void(size_t done, size_t total, const std::string& what)> progress;
 
   static RunOptions quick_run() {
@@ -70,8 +71,11 @@ struct PointResult {
   bool failed = false;         // an error or a time that is not finite
   bool below_floor = false;    // nearer to the reference than three of its noise floors: not ranked
   bool front = false;          // nothing beats it on (first metric, median ms) within its problem
+  std::string command;         // that measures it again
+  std::optional<render::Image> picture;
   /// Defaults only: on the front of its problem, within 5 %, by some metric.
   std::optional<bool> default_on_front;
+  std::optional<bool> default_on_work_front;  // by work in the place of ms, which is the same on every machine
 };
 
 struct SlopeResult {
@@ -81,6 +85,13 @@ struct SlopeResult {
   bool met = false;  // within +-0.1
 };
 
+/// The bias that a method keeps at its last knob.
+struct BiasResult {
+  std::string method;
+  double limit = 0, bias = 0;
+  bool met = false;
+};
+
 struct SubjectResult {
   std::string name, question, reference, work_unit, knob_unit;
   std::vector<std::string> metrics;
@@ -88,7 +99,11 @@ struct SubjectResult {
   int threads = 1;
   std::vector<PointResult> points;
   std::vector<SlopeResult> slopes;
+  std::vector<BiasResult> biases;
+  std::optional<render::Image> reference_picture;
   std::string error;
+  /// Whether it ran, and every slope, bias and default is as declared: what stops a build.
+  bool gates_met() const;
 };
 
 SubjectResult run_subject(const Subject& subject, BenchContext& context, const RunOptions& options);

@@ -1,4 +1,5 @@
-/// loam bench list | run | pareto | compare: how fast, how small, and how accuracy is paid for with time.
+/// loam bench list | run | pareto | absent | stability | compare: how fast, how small, and how accuracy is paid for
+/// with time.
 #include <memory>
 
 #include "tools/bench/bench_verb.h"
@@ -17,7 +18,7 @@ struct BenchArguments {
 
 void add_bench_verb(Command& command) {
   auto arguments = std::make_shared<BenchArguments>();
-  CLI::App* bench = command.verb("bench", "benchmarks: list, run, pareto, compare");
+  CLI::App* bench = command.verb("bench", "benchmarks: list, run, pareto, absent, stability, compare");
   bench->require_subcommand(1);
   const auto common = [&](CLI::App* app) {
     app->add_flag("--json", arguments->request.json, "one JSON object on stdout");
@@ -35,6 +36,8 @@ void add_bench_verb(Command& command) {
   CLI::App* pareto = bench->add_subcommand("pareto", "accuracy against time, against a reference");
   pareto->add_option("--subject", arguments->request.names, "subjects (default: all)");
   pareto->add_option("--plot", arguments->request.plot_folder, "folder for an SVG and a CSV of each subject");
+  pareto->add_option("--report", arguments->request.report_folder,
+                     "folder for report.html (plots, tables, pictures, commands), accuracy.md, CSV and JSON");
   common(pareto);
 
   CLI::App* compare = bench->add_subcommand("compare", "what changed for sure between two results of `run --json`");
@@ -42,14 +45,17 @@ void add_bench_verb(Command& command) {
   compare->add_option("B", arguments->after, "the later result")->required();
   compare->add_flag("--json", arguments->request.json, "one JSON object on stdout");
 
-  CLI::App* absent = bench->add_subcommand("absent", "what effects cost that a scene does not call for");
-  CLI::App* stability = bench->add_subcommand("stability", "what runs for long and loses nothing");
+  CLI::App* absent = bench->add_subcommand("absent", "what effects cost that a scene doesn't call for");
+  absent->add_option("EFFECT", arguments->request.names, "effects (default: all)");
+  common(absent);
+
+  CLI::App* stability = bench->add_subcommand("stability", "hard cases of numbers, their bounds and how far they are");
+  stability->add_option("CASE", arguments->request.names, "hard cases by their names (default: all)");
+  common(stability);
 
   command.action(bench, [=]() -> Result<int> {
-    for (const CLI::App* later : {absent, stability})
-      if (later->parsed())
-        return world::usage_error("`loam bench " + later->get_name() +
-                                  "` is not in this version; `loam bench list` shows what is");
+    if (absent->parsed()) return bench_absent(arguments->request);
+    if (stability->parsed()) return bench_stability(arguments->request);
     if (compare->parsed()) return bench_compare(arguments->before, arguments->after, arguments->request.json);
     const Registry registry = all_benchmarks();
     if (list->parsed()) return bench_list(registry, arguments->request.json);

@@ -4,11 +4,13 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <limits>
 #include <map>
 
 #include <fmt/format.h>
 
 #include "render/effects/chain.h"
+#include "tools/budget.h"
 #include "tools/inhabitants.h"
 #include "tools/interrupt.h"
 #include "tools/json_text.h"
@@ -26,14 +28,17 @@ namespace tools {
 namespace {
 
 constexpr const char* kUsualBackend = "raster";
+constexpr const char* kFitted = "auto";  // --accuracy: what fits --budget
+constexpr const char* kUsualBudget = "16ms";
 constexpr int kLapFrames = 600;
+constexpr int kBudgetRuns = 3;
 constexpr int kMostPixelsASide = 16384;
 constexpr int kFogSamples = 16;        // of a fog volume alone: 12 s of a core at 640 x 480
 constexpr int kReferenceSamples = 64;  // where nothing says how many
 constexpr int kMostSamples = 1 << 24;  // where an error is asked for instead
 
 struct RenderOptions {
-  std::string scene, output, backend, size = "1280x720", camera, accuracy = "usual", frames;
+  std::string scene, output, backend, size = "1280x720", camera, accuracy = "usual", frames, budget;
   std::vector<std::string> settings, environment_settings;
   std::map<std::string, std::string> knobs;  // given by their own flags
   std::vector<double> position, look_at;
@@ -107,13 +112,38 @@ bool sets_knob(const RenderOptions& options, const std::map<std::string, std::st
 
 world::Result<render::RenderKnobs> choose_knobs(const RenderOptions& options,
                                                 const std::map<std::string, std::string>& of_the_world) {
-  TRY(render::RenderKnobs knobs,
-      resolve_knobs(options.accuracy, of_the_world, options.environment_settings, options.settings));
+  // auto begins with everything at its best.
+  TRY(render::RenderKnobs knobs, resolve_knobs(options.accuracy == kFitted ? "exact" : options.accuracy, of_the_world,
+                                               options.environment_settings, options.settings));
   if (options.backend == "reference" && !sets_knob(options, of_the_world, "spp"))
     knobs.spp = options.error > 0 ? kMostSamples : kReferenceSamples;
   if (options.backend == "raster" && knobs.spp != 1)
     return world::usage_error("--spp other than 1 needs a backend that takes samples: raycast or reference");
   return knobs;
+}
+
+/// The cheapest knobs for the budget; those that somebody has set stay as they are.
+world::Result<BudgetFit> fit_knobs(const RenderOptions& options, const world::WorldView& view, render::Backend& backend,
+                                   const render::Camera& camera, const render::RenderKnobs& best, int width,
+                                   int height) {
+  TRY(const double budget_ms, parse_budget(options.budget.empty() ? kUsualBudget : options.budget));
+  std::vector<std::string> fixed;
+  for (const auto& row : render::render_knobs().rows())
+    if (sets_knob(options, view.world().knobs, row.name)) fixed.push_back(row.name);
+  LightOfWorld light;
+  return fit_to_budget(best, budget_ms, fixed, [&](const render::RenderKnobs& knobs) -> world::Result<DrawnPicture> {
+    if (backend.reads_light(view.world(), knobs)) {
+      TRY(backend.light, light.follow(view.world(), camera.position, knobs));
+    }
+    DrawnPicture drawn;
+    drawn.ms = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < kBudgetRuns; ++i) {  // the first makes what later ones keep
+      TRY(render::Frame frame, backend.render(view, camera, knobs, width, height));
+      if (i > 0) drawn.ms = std::min(drawn.ms, frame.report.ms);
+      drawn.image = std::move(frame.image);
+    }
+    return drawn;
+  });
 }
 
 /// The rasterizer, but where the world is a fog volume, which it cannot draw; makes such a world look like fog.
@@ -253,6 +283,8 @@ world::Result<int> run_render(RenderOptions options) {
   TRY_STATUS(parse_size(options.size, width, height));
   if (!options.frames.empty()) TRY_STATUS(parse_frames(options.frames, first, last));
   TRY_STATUS(check_picture_path(options.output));
+  if (!options.budget.empty() && options.accuracy != kFitted)
+    return world::usage_error("--budget goes with --accuracy auto");
   TRY(const std::vector<std::string> layers, parse_layers(options.outputs));
   TRY_STATUS(check_forms(options, width, height));
   const world::ThreadLimit limit(options.threads);
@@ -284,6 +316,15 @@ world::Result<int> run_render(RenderOptions options) {
   if (!reads_light && knobs.light_model != render::LightModel::none && sets_knob(options, {}, "light_model"))
     std::cerr << "light_model has no effect here: " << options.backend
               << " follows light itself and reads none of the world's\n";
+  nlohmann::json fitted;
+  if (options.accuracy == kFitted) {
+    progress.stage("measuring what knobs cost here");
+    const world::WorldView view(world);
+    TRY(const BudgetFit fit, fit_knobs(options, view, *backend, shots.front().camera, knobs, width, height));
+    progress.stage("");
+    std::cerr << budget_text(fit);
+    knobs = fit.knobs, fitted = budget_json(fit);
+  }
   Studio studio{options,     scene, world,    *backend,     knobs, width, height, world.store.content_hash(),
                 reads_light, {},    progress, matter.get(), {}};
   const StopOnInterrupt stop;
@@ -348,6 +389,7 @@ world::Result<int> run_render(RenderOptions options) {
   if (options.json) {
     nlohmann::json j = reports.front();
     j["hash"] = hash_text(studio.hash);
+    if (!fitted.is_null()) j["budget"] = fitted;
     if (reports.size() > 1) j["frames"] = reports;
     std::cout << json_text(j) << '\n';
   }
@@ -377,9 +419,11 @@ void add_render_verb(Command& command) {
       ->check(CLI::NonNegativeNumber);
   verb->add_option("--resume", options->resume,
                    "a file of samples: goes on with those in it, where it exists, and keeps all in it");
-  verb->add_option("--accuracy", options->accuracy, "fast, usual or exact")
+  verb->add_option("--accuracy", options->accuracy,
+                   "fast, usual or exact; auto: what fits --budget on this scene and machine, measured")
       ->envname("LOAM_ACCURACY")
       ->capture_default_str();
+  verb->add_option("--budget", options->budget, "with --accuracy auto: the time of a picture, for instance 33ms");
   verb->add_option("--set", options->settings, "KNOB=VALUE; again for more")->take_all();
   verb->add_option("--frames", options->frames,
                    "FIRST..LAST of the path that --camera names, or of a lap of 600 frames along the scene's cameras");

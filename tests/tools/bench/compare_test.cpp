@@ -77,4 +77,31 @@ TEST(BenchCompare, ExitCodesTellARegressionFromBadInput) {
   testing::internal::GetCapturedStdout();
 }
 
+namespace {
+
+Json pareto(double error, double work) {
+  SubjectResult s;
+  s.name = "s", s.metrics = {"error"};
+  PointResult p;
+  p.method = "m", p.setting = "m@1", p.errors = {spread_of({error})}, p.ms = spread_of({1}), p.work = work;
+  s.points = {p};
+  return pareto_json(Machine{}, RunOptions{}, {s});
+}
+
+bool regressed(const Json& before, const Json& after) {
+  auto comparison = compare_results(before, "a.json", after, "b.json");
+  EXPECT_TRUE(comparison.ok());
+  return comparison->regressed();
+}
+
+}  // namespace
+
+TEST(BenchCompare, SubjectsMayNotErrMoreNorWorkMoreForTheSameError) {
+  EXPECT_FALSE(regressed(pareto(0.1, 100), pareto(0.1, 100)));
+  EXPECT_TRUE(regressed(pareto(0.1, 100), pareto(0.12, 100)));
+  EXPECT_TRUE(regressed(pareto(0.1, 100), pareto(0.1, 103)));
+  EXPECT_FALSE(regressed(pareto(0.1, 100), pareto(0.1, 101)));
+  EXPECT_FALSE(regressed(pareto(0.1, 100), pareto(0.05, 150))) << "more work for less error is a choice";
+}
+
 }  // namespace tools

@@ -1,0 +1,168 @@
+/// What pictures of a scene cost for effects that have no strength there: each effect at strength 0, against the scene
+/// that has nothing of it, by each backend.
+#include <bit>
+
+#include <fmt/format.h>
+
+#include "render/backend.h"
+#include "tools/bench/absent.h"
+#include "tools/picture.h"
+#include "world/base/random.h"
+#include "world/media/medium.h"
+
+namespace tools {
+
+namespace {
+
+constexpr int kWidth = 192, kHeight = 108;
+
+/// Steps of granite around a block of plaster, under sun and sky.
+std::shared_ptr<world::World> plain_world() {
+  auto made = std::make_shared<world::World>(world::standard_blocks());
+  const auto fill = [&](world::VoxelPos low, world::VoxelPos high, const char* name) {
+    world::EditBatch batch;
+    batch.fill({low, high}, made->palette->find(name).value());
+    CHECK(made->store.apply(batch).ok());
+  };
+  for (int i = 0; i < 12; ++i) fill({2 * i, 0, 2 * i}, {63 - 2 * i, i, 63 - i}, "granite");
+  fill({24, 12, 28}, {36, 24, 36}, "plaster");
+  return made;
+}
+
+render::Camera camera_of_plain() {
+  render::Camera camera;
+  camera.position = world::WorldPoint::from(88, 40, 92);
+  camera.forward = glm::normalize(world::Vec3d(-58, -30, -62));
+  return camera;
+}
+
+/// One effect at strength 0: a change of the plain world that must change nothing.
+struct Zero {
+  const char* effect;
+  const char* what;
+  void (*put)(world::World&);
+};
+
+world::Luminaire dark(const char* kind) {
+  world::Luminaire l;
+  l.name = l.kind = kind;
+  l.position = world::WorldPoint::from(30, 40, 30);
+  l.radius = 1;
+  return l;
+}
+
+void add_block(world::World& w, world::Block block, world::VoxelPos low, world::VoxelPos high) {
+  const auto id = w.palette->add(std::move(block));
+  CHECK(id.ok());
+  world::EditBatch batch;
+  batch.fill({low, high}, *id);
+  CHECK(w.store.apply(batch).ok());
+}
+
+world::Block of_plaster(const world::World& w, const char* name) {
+  world::Block b = (*w.palette)[w.palette->find("plaster").value()];
+  b.name = name;
+  return b;
+}
+/// The plaster's place, of another block that looks the same.
+constexpr world::VoxelPos kLow{24, 12, 28}, kHigh{36, 24, 36};
+
+const Zero kZeros[] = {
+    {"luminaires", "an omni, a disk and a directional of power 0",
+     [](world::World& w) {
+       for (const char* kind : {"omni", "disk", "directional"}) w.luminaires.push_back(dark(kind));
+     }},
+    {"luminaires_off", "a sphere of 1 kW that is switched off",
+     [](world::World& w) {
+       w.luminaires.push_back(dark("sphere"));
+       w.luminaires.back().power = {1000, 1000, 1000};
+       w.luminaires.back().enabled = false;
+     }},
+    {"media", "a homogeneous fog of density 0",
+     [](world::World& w) {
+       world::Medium m;
+       m.name = m.kind = "homogeneous";
+       w.media.push_back(m);
+     }},
+    {"glossy", "plaster with a glossy lobe of 0",
+     [](world::World& w) {
+       world::Block b = of_plaster(w, "unglossed");
+       b.bsdf = "blinn_phong", b.glossy = {};
+       add_block(w, b, kLow, kHigh);
+     }},
+    {"block_light", "plaster that glows with 0 W",
+     [](world::World& w) {
+       world::Block b = of_plaster(w, "unlit_lamp");
+       b.emission = {};
+       add_block(w, b, kLow, kHigh);
+     }},
+    {"proxies", "a palette with fences, and no fence",
+     [](world::World& w) {
+       world::Block b = of_plaster(w, "unused_fence");
+       b.proxy = "fence", b.opaque = false;
+       CHECK(w.palette->add(b).ok());
+     }},
+    {"transmission", "a palette with glass, and no glass",
+     [](world::World& w) {
+       world::Block b = of_plaster(w, "unused_glass");
+       b.bsdf = "thin", b.opaque = false, b.transmission = {0.5f, 0.4f, 0.3f}, b.albedo = {0.1f, 0.1f, 0.1f};
+       CHECK(w.palette->add(b).ok());
+     }},
+    {"particles", "a source of rain of 0 drops a second",
+     [](world::World& w) {
+       world::ParticleSource rain;
+       rain.kind = "rain", rain.box = {{0, 60, 0}, {63, 60, 63}};
+       w.simulation.particles.push_back(rain);
+     }},
+};
+
+/// The work that reports name after the effect.
+AbsentRun run_of(const render::Frame& frame, const std::string& effect) {
+  AbsentRun run;
+  for (const render::Rgb& c : frame.image.pixels)
+    for (const float band : {c.r, c.g, c.b}) run.hash = world::hash_combine(run.hash, std::bit_cast<uint32_t>(band));
+  run.counters["rays"] = frame.report.rays;
+  run.counters["faces"] = frame.report.faces_drawn;
+  run.counters["passes"] = frame.report.passes.size();
+  for (const render::PassReport& pass : frame.report.passes) {
+    run.counters["draws of " + pass.name] += pass.draws;
+    if (pass.name == effect) ++run.passes, run.bytes += pass.bytes;
+  }
+  for (const render::EffectWork& work : frame.report.work) {
+    run.counters["work of " + work.name] += work.work;
+    if (work.name == effect) run.passes += work.work;
+  }
+  return run;
+}
+
+struct Drawn {
+  std::shared_ptr<world::World> world;
+  std::shared_ptr<render::Backend> backend;
+  render::RenderKnobs knobs;
+  std::string effect;
+  Result<AbsentRun> operator()() const {
+    const world::WorldView view(*world);
+    TRY(const render::Frame frame, backend->render(view, camera_of_plain(), knobs, kWidth, kHeight));
+    return run_of(frame, effect);
+  }
+};
+
+}  // namespace
+
+void add_absent_pictures(std::vector<AbsentCase>& cases) {
+  for (const char* name : {"raster", "raycast", "reference"})
+    for (const Zero& zero : kZeros)
+      cases.push_back(
+          {fmt::format("{}_{}", name, zero.effect), fmt::format("{}, by {}", zero.what, name),
+           [=](BenchContext&) -> Result<AbsentCase::Pair> {
+             Drawn without{plain_world(), nullptr, {}, zero.effect}, with{plain_world(), nullptr, {}, zero.effect};
+             zero.put(*with.world);
+             for (Drawn* drawn : {&without, &with}) {
+               TRY(drawn->backend, make_backend(name));
+               if (drawn->backend && std::string(name) == "reference") drawn->knobs.spp = 2;
+             }
+             return AbsentCase::Pair{without, with};
+           }});
+}
+
+}  // namespace tools

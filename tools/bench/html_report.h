@@ -1,0 +1,36 @@
+/// What `loam bench pareto --report DIR` leaves: pages that open without a network.
+///
+///   report.html   every subject: its plot, its tables, and for each point its picture, its error map and the command
+///   accuracy.md   the same tables as text, for the project's pages: no number in them is typed by hand
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/bench/machine.h"
+#include "tools/bench/runner.h"
+
+namespace tools {
+
+/// Milliseconds and errors that tables are made for.
+constexpr double kBudgetsMs[] = {1, 4, 16, 64};
+constexpr double kTargetErrors[] = {0.1, 0.03, 0.01};
+
+/// Within one problem of a subject, by medians.
+struct Choice {
+  std::string problem;
+  double asked = 0;                    // ms, or the error
+  const PointResult* point = nullptr;  // null: nothing is so fast, or so right
+};
+/// What is nearest to the reference within each budget.
+std::vector<Choice> best_within(const SubjectResult& subject, double budget_ms);
+/// What is cheapest with no more than that error.
+std::vector<Choice> cheapest_for(const SubjectResult& subject, double error);
+
+/// Fails where a picture can't be written beside the report on its way into it.
+world::Result<std::string> html_report(const Machine& machine, const RunOptions& options,
+                                       const std::vector<SubjectResult>& subjects);
+std::string accuracy_markdown(const Machine& machine, const RunOptions& options,
+                              const std::vector<SubjectResult>& subjects);
+
+}  // namespace tools
