@@ -19,6 +19,14 @@ enum class LightTransport { direct, ambient_occlusion, whitted, path, photons };
 enum class SampleSequence { random, sobol };
 enum class DensityTracking { delta, exact };
 enum class GlossLobe { exact, published, fresnel };  // in the order of shared::kGloss...
+enum class LuminaireShadow { none, map, ray };       // in the order of raster::kLuminaireShadow...
+enum class DirectGloss { matte, lobe };
+enum class TextureFilter { off, point, mip, exact };  // in the order of shared::kTexture...
+constexpr auto knob_choices(LuminaireShadow) { return std::array<std::string_view, 3>{"none", "map", "ray"}; }
+constexpr auto knob_choices(DirectGloss) { return std::array<std::string_view, 2>{"matte", "lobe"}; }
+constexpr auto knob_choices(TextureFilter) { return std::array<std::string_view, 4>{"off", "point", "mip", "exact"}; }
+enum class Transparency { opaque, sorted, weighted, lists };
+enum class CoveragePattern { exact, hashed, correlated };  // in the order of shared::kCoverage...
 constexpr auto knob_choices(SunShadow) { return std::array<std::string_view, 4>{"none", "sky_light", "map", "ray"}; }
 constexpr auto knob_choices(LightInterpolation) { return std::array<std::string_view, 3>{"face", "vertex", "linear"}; }
 constexpr auto knob_choices(FaceEdges) { return std::array<std::string_view, 2>{"hardware", "exact"}; }
@@ -29,6 +37,18 @@ constexpr auto knob_choices(LightTransport) {
 constexpr auto knob_choices(SampleSequence) { return std::array<std::string_view, 2>{"random", "sobol"}; }
 constexpr auto knob_choices(DensityTracking) { return std::array<std::string_view, 2>{"delta", "exact"}; }
 constexpr auto knob_choices(GlossLobe) { return std::array<std::string_view, 3>{"exact", "published", "fresnel"}; }
+enum class Refraction { none, screen, traced };          // in the order of kRefraction...
+enum class Reflection { none, screen, planar, traced };  // in the order of kReflection...
+constexpr auto knob_choices(Refraction) { return std::array<std::string_view, 3>{"none", "screen", "traced"}; }
+constexpr auto knob_choices(Reflection) {
+  return std::array<std::string_view, 4>{"none", "screen", "planar", "traced"};
+}
+constexpr auto knob_choices(Transparency) {
+  return std::array<std::string_view, 4>{"opaque", "sorted", "weighted", "lists"};
+}
+constexpr auto knob_choices(CoveragePattern) {
+  return std::array<std::string_view, 3>{"exact", "hashed", "correlated"};
+}
 constexpr auto knob_choices(ContourShape) { return std::array<std::string_view, 3>{"off", "planes", "field"}; }
 
 enum class ExposureMode { fixed, log_mean, histogram };

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "render/image/image.h"
+#include "render/sky_view.h"
 #include "world/blocks/block.h"
 #include "world/scenes/environment.h"
 #include "world/scenes/sky.h"
@@ -26,26 +27,27 @@ struct Shading {
   };
   std::vector<Material> materials;  // by block id
 
-  Shading(const world::Environment& environment, const world::BlockPalette& palette);
+  Shading(const SkyView& sky, const world::BlockPalette& palette);
 
   Rgb face_radiance(world::BlockId block, int face, bool sun_visible) const {
     return face_radiance(block, face, sun_visible ? 1.0f : 0.0f, sky_lit[face]);
   }
-  /// `sun`: the part of its light that arrives. `lit`: radiance of an albedo of 1 there without it.
-  Rgb face_radiance(world::BlockId block, int face, float sun, Rgb lit) const {
+  /// `sun`: the part of its light that arrives. `lit`: radiance of an albedo of 1 there without it. `texture`: what the
+  /// albedo is multiplied by.
+  Rgb face_radiance(world::BlockId block, int face, float sun, Rgb lit, float texture = 1) const {
     const Material& m = materials[block];
-    lit = lit + sun_lit[face] * sun;
+    lit = (lit + sun_lit[face] * sun) * texture;
     return {m.albedo[0] * lit.r + m.emitted[0], m.albedo[1] * lit.g + m.emitted[1], m.albedo[2] * lit.b + m.emitted[2]};
   }
 };
 
 /// The same on a surface of any unit normal.
-Rgb normal_radiance(const Shading& shading, const world::Environment& environment, world::BlockId block,
-                    const world::Vec3d& normal, bool sun_visible);
+Rgb normal_radiance(const Shading& shading, const SkyView& sky, world::BlockId block, const world::Vec3d& normal,
+                    bool sun_visible);
 
-/// Irradiance of the whole sky and ground on a face of the voxel grid, closed form.
-world::Irradiance3 sky_irradiance(const world::Environment& environment, int face);
+/// Irradiance of the whole sky and ground on a face of the voxel grid: closed form, or the table of a SkyLight.
+world::Irradiance3 sky_irradiance(const SkyView& sky, int face);
 /// The same on a surface with any unit normal.
-world::Irradiance3 sky_irradiance(const world::Environment& environment, const world::Vec3d& normal);
+world::Irradiance3 sky_irradiance(const SkyView& sky, const world::Vec3d& normal);
 
 }  // namespace render

@@ -6,6 +6,7 @@
 
 #include "commit.h"
 #include "render/image/display.h"
+#include "render/sky_view.h"
 #include "render/light_files.h"
 #include "tools/knob_settings.h"
 #include "world/scenes/effects.h"
@@ -59,6 +60,13 @@ world::Result<world::World> build_picture_world(const world::Scene& scene, world
   TRY(world::World world, world::build_world(scene, report));
   TRY_STATUS(render::load_light_files(world));
   return world;
+}
+
+world::Status set_time_of_day(const render::RenderKnobs& knobs, world::World& world) {
+  std::shared_ptr<const world::SkyLight> made;
+  TRY(const render::SkyView sky, render::sky_view(world.environment, knobs, made));
+  world.environment = sky.environment;
+  return {};
 }
 
 render::PictureText picture_text(const world::Scene& scene, const std::string& camera_name,

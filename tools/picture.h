@@ -27,6 +27,10 @@ world::Result<std::unique_ptr<render::Backend>> make_backend(const std::string& 
 /// The world of a scene, with the images and meshes that its luminaires name: what a picture is made of.
 world::Result<world::World> build_picture_world(const world::Scene& scene, world::ImportReport& report);
 
+/// Where the knobs name a time of day, the sun and the sky of the world are those of that time, for all that simulates
+/// light in it.
+world::Status set_time_of_day(const render::RenderKnobs& knobs, world::World& world);
+
 /// What a picture's file says of itself.
 render::PictureText picture_text(const world::Scene& scene, const std::string& camera_name,
                                  const render::Camera& camera, const render::RenderKnobs& knobs,

@@ -13,11 +13,13 @@ packages=(
   libembree-dev                                                          # rays that meet triangle meshes
   libosd-dev                                                             # subdivision surfaces
   libpng-dev libopenexr-dev                                              # pictures
-  libvulkan-dev libvulkan-volk-dev glslang-tools mesa-vulkan-drivers     # Vulkan, with a software device
+  libvulkan-dev libvulkan-volk-dev glslang-tools spirv-tools mesa-vulkan-drivers  # Vulkan, with a software device
+  libglfw3-dev libimgui-dev                                              # the window of play, and what is in it
   nlohmann-json3-dev libcli11-dev                                        # the command
   libgtest-dev libgmock-dev librapidcheck-dev clang-format-14            # tests
   libnanovdb-dev                                                         # .nvdb files, and a rival of benchmarks
   vulkan-validationlayers libopenvdb-tools sqlite3
+  xvfb xauth xdotool libgl1-mesa-dri                                     # tests that open a window without a display
 )
 
 installed=$(dpkg-query -W -f '${db:Status-Status} ${Package}\n' "${packages[@]}" 2>/dev/null || true)

@@ -17,10 +17,13 @@ struct Extractor::Chunk : ExtractedChunk {
 Extractor::Extractor() = default;
 Extractor::~Extractor() = default;
 
-FaceSource Extractor::source(const WorldView& view) const {
+FaceSource Extractor::source(const WorldView& view) {
   const MaskVolume& occupied = shapes ? shapes->cubes_occupied(view) : view.masks(MaskKind::occupied);
   const MaskVolume& opaque = shapes ? shapes->cubes_opaque(view) : view.masks(MaskKind::opaque);
-  return {&view.store(), &occupied, &opaque, knobs_.sealed_cavities ? nullptr : &sealed_};
+  kinds_.reset();
+  if (knobs_.see_through) kinds_.emplace(view.palette());
+  return {&view.store(), &occupied, &opaque, knobs_.sealed_cavities ? nullptr : &sealed_,
+          kinds_ ? kinds_->flags() : std::span<const uint8_t>()};
 }
 
 void Extractor::make_records(const Store& store, Chunk& chunk) const {

@@ -6,11 +6,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <unordered_map>
 #include <vector>
 
 #include "render/extract/greedy.h"
+#include "render/see_through.h"
 #include "world/world.h"
 
 namespace render {
@@ -25,6 +27,7 @@ struct ExtractKnobs {
   bool merge_faces = true;      // off: one record for each voxel face
   bool sealed_cavities = true;  // off: faces into cavities that nothing outside can see are left out
   bool skirts = false;          // on: see add_skirts()
+  bool see_through = false;     // on: see-through blocks (render/see_through.h) are drawn elsewhere, and hide nothing
   friend bool operator==(const ExtractKnobs&, const ExtractKnobs&) = default;
 };
 
@@ -59,13 +62,14 @@ class Extractor {
 
  private:
   struct Chunk;
-  FaceSource source(const world::WorldView& view) const;
+  FaceSource source(const world::WorldView& view);
   void make_records(const world::Store& store, Chunk& chunk) const;
   void sort_chunks();
   ExtractReport report(uint64_t leaves_extracted, uint64_t chunks_merged) const;
 
   ExtractKnobs knobs_;
   world::MaskVolume sealed_;
+  std::optional<SeeThroughKinds> kinds_;  // where knobs_.see_through
   std::unordered_map<ChunkPos, std::unique_ptr<Chunk>, world::PosHash> chunks_;
   std::vector<const ExtractedChunk*> sorted_;
   uint64_t next_version_ = 1, faces_ = 0, quads_ = 0;

@@ -186,13 +186,49 @@ void keep_border(int face, LeafMask& mask) {
     mask.word[x] &= (face == kFaceNegX && x != 0) || (face == kFacePosX && x != 7) ? 0 : kBorder[face];
 }
 
+/// Voxels of blocks that are left out.
+LeafMask left_out_of(const LeafBlocks& blocks, std::span<const uint8_t> left_out) {
+  if (!blocks.values) return left_out[blocks.uniform] ? kAllMask : kNoneMask;
+  LeafMask mask;
+  for (int i = 0; i < kLeafVoxels; ++i)
+    if (left_out[blocks.values[i]]) mask.set(i);
+  return mask;
+}
+
+/// Takes the faces of voxels that are left out away, and leaves in `touching` only pairs of voxels that are not:
+/// a face towards one that is left out is seen.
+void leave_out(const LeafBlocks& self, StoreReader& reader, LeafPos leaf, std::span<const uint8_t> left_out,
+               LeafFaces& faces, LeafFaces& touching) {
+  const LeafMask gone = left_out_of(self, left_out);
+  for (int f = 0; f < kFaces; ++f) {
+    LeafMask& touches = touching.face[f];
+    for (int x = 0; x < 8; ++x) faces.face[f].word[x] &= ~gone.word[x], touches.word[x] &= ~gone.word[x];
+    if (touches.is_none()) continue;
+    const LeafMask seen = seen_towards(f, gone, left_out_of(reader.leaf(beside(leaf, f)), left_out));
+    for (int x = 0; x < 8; ++x) {
+      faces.face[f].word[x] |= touches.word[x] & seen.word[x];
+      touches.word[x] &= ~seen.word[x];
+    }
+  }
+}
+
 /// Adds the faces of a leaf's transparent voxels.
 void add_transparent_faces(const LeafNeighbourhood& occupied, const LeafNeighbourhood& opaque, StoreReader* reader,
-                           LeafPos leaf, LeafFaces& faces) {
+                           LeafPos leaf, std::span<const uint8_t> left_out, LeafFaces& faces) {
   LeafFaces touching;
-  if (!transparent_faces(occupied, opaque, faces, touching)) return;
+  const LeafFaces of_opaque = faces;
+  const bool touch = transparent_faces(occupied, opaque, faces, touching);
+  if (!touch && left_out.empty()) return;
   CHECK(reader != nullptr);
   const LeafBlocks self = reader->leaf(leaf);
+  if (!left_out.empty()) {
+    // Water and glass are most of what isn't opaque.
+    if (!self.values && left_out[self.uniform]) {
+      faces = of_opaque;
+      return;
+    }
+    leave_out(self, *reader, leaf, left_out, faces, touching);
+  }
   LeafBlocks next[kFaces];
   for (int f = 0; f < kFaces; ++f) {
     LeafMask& touches = touching.face[f];
@@ -229,14 +265,16 @@ struct Stars {
         opaque(*source.opaque, pos),
         sealed(source.sealed ? *source.sealed : *source.opaque, pos),
         has_transparent(source.occupied != source.opaque),
-        has_sealed(source.sealed && !source.sealed->empty()) {}
+        has_sealed(source.sealed && !source.sealed->empty()),
+        left_out(source.left_out) {}
   RegionStar occupied, opaque, sealed;
   bool has_transparent, has_sealed;
+  std::span<const uint8_t> left_out;
 
   /// Adds to the opaque faces of a leaf what is left to do. True where that may have changed them.
   bool finish(StoreReader* reader, LeafPos leaf, const LeafNeighbourhood& around, LeafFaces& faces) const {
     const bool transparent = has_transparent && differ(occupied.leaf(leaf), *around.self);
-    if (transparent) add_transparent_faces(neighbourhood(occupied, leaf), around, reader, leaf, faces);
+    if (transparent) add_transparent_faces(neighbourhood(occupied, leaf), around, reader, leaf, left_out, faces);
     if (has_sealed) remove_faces_towards(neighbourhood(sealed, leaf), faces);
     return transparent || has_sealed;
   }

@@ -3,12 +3,14 @@
 /// The face of voxel A towards its neighbour B is visible where A is not air, B is not opaque, and
 ///   A is opaque, or B is air, or both are transparent and A's id is larger: so glass on glass has no face, and glass
 ///   on water exactly one.
+/// Blocks that are left out (FaceSource) count as air.
 /// Pure mask operations on the opaque voxels; ids are read only where two transparent voxels touch.
 ///
 /// A chunk is 64^3 voxels = 8^3 leaves, aligned to 64: the unit that is merged and drawn. Eight to a region.
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "world/space/coords.h"
@@ -59,6 +61,7 @@ struct FaceSource {
   const world::MaskVolume* occupied = nullptr;
   const world::MaskVolume* opaque = nullptr;
   const world::MaskVolume* sealed = nullptr;
+  std::span<const uint8_t> left_out = {};  // by block: 1 where it has no faces here and hides none; empty: none is
 };
 
 /// The leaves of a chunk that have visible faces, and those faces. Reused: allocates only to grow.

@@ -39,6 +39,7 @@ struct Features {
   template <class See>
   void each(See see) {
     see("drawIndirectFirstInstance", all.features.drawIndirectFirstInstance);
+    see("fragmentStoresAndAtomics", all.features.fragmentStoresAndAtomics);
     see("scalarBlockLayout", v12.scalarBlockLayout);
     see("timelineSemaphore", v12.timelineSemaphore);
     see("dynamicRendering", v13.dynamicRendering);
@@ -80,7 +81,7 @@ world::Result<std::unique_ptr<Device>> Device::make(const DeviceOptions& options
   return device;
 }
 
-world::Status Device::open_instance(bool validation) {
+world::Status Device::open_instance(bool validation, const DeviceOptions& options) {
   if (volkInitialize() != VK_SUCCESS)
     return no_device(
         "the Vulkan loader is not installed; install the Debian packages libvulkan1 and mesa-vulkan-drivers");
@@ -94,7 +95,8 @@ world::Status Device::open_instance(bool validation) {
   info.pApplicationInfo = &application;
 
   const char* layers[] = {kValidationLayer};
-  const char* extensions[] = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME};
+  std::vector<const char*> extensions;
+  for (const std::string& name : options.instance_extensions) extensions.push_back(name.c_str());
   const VkValidationFeatureEnableEXT checks[] = {VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT};
   auto features = vk_info<VkValidationFeaturesEXT>(VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT);
   features.enabledValidationFeatureCount = 1;
@@ -108,11 +110,12 @@ world::Status Device::open_instance(bool validation) {
   if (validation) {
     info.enabledLayerCount = 1;
     info.ppEnabledLayerNames = layers;
-    info.enabledExtensionCount = 1;
-    info.ppEnabledExtensionNames = extensions;
+    extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
     info.pNext = &features;
     features.pNext = &messenger;
   }
+  info.enabledExtensionCount = static_cast<uint32_t>(extensions.size());
+  info.ppEnabledExtensionNames = extensions.data();
   const VkResult made = vkCreateInstance(&info, nullptr, &instance_);
   if (made == VK_ERROR_LAYER_NOT_PRESENT)
     return no_device(
@@ -122,6 +125,7 @@ world::Status Device::open_instance(bool validation) {
                      "); install the Debian package mesa-vulkan-drivers");
   volkLoadInstance(instance_);
   if (validation) VK_CHECK(vkCreateDebugUtilsMessengerEXT(instance_, &messenger, nullptr, &messenger_));
+  if (options.make_surface) VK_CHECK(options.make_surface(instance_, &surface_));
   return {};
 }
 
@@ -160,6 +164,9 @@ world::Status Device::choose_physical(const std::vector<std::string>& without) {
     uint32_t family = 0;
     while (family < families && (queues[family].queueFlags & kNeeded) != kNeeded) ++family;
     if (family == families) missing = "a queue for graphics and compute";
+    VkBool32 presents = VK_TRUE;
+    if (surface_ && missing.empty()) vkGetPhysicalDeviceSurfaceSupportKHR(candidate, family, surface_, &presents);
+    if (!presents) missing = "a way to show pictures in this window";
     if (!missing.empty()) {
       refused = std::string(p.deviceName) + " lacks " + missing;
       continue;
@@ -184,7 +191,7 @@ world::Status Device::choose_physical(const std::vector<std::string>& without) {
 world::Status Device::open(const DeviceOptions& options) {
   lose_device_ = options.lose_device;
   messages_->print = asked_by_environment();
-  TRY_STATUS(open_instance(options.validation || asked_by_environment()));
+  TRY_STATUS(open_instance(options.validation || asked_by_environment(), options));
   TRY_STATUS(choose_physical(options.without));
 
   Features features;
@@ -198,6 +205,8 @@ world::Status Device::open(const DeviceOptions& options) {
   auto info = vk_info<VkDeviceCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO, &features.all);
   info.queueCreateInfoCount = 1;
   info.pQueueCreateInfos = &queue;
+  const char* swapchain[] = {VK_KHR_SWAPCHAIN_EXTENSION_NAME};
+  if (surface_) info.enabledExtensionCount = 1, info.ppEnabledExtensionNames = swapchain;
   VK_CHECK(vkCreateDevice(physical_, &info, nullptr, &device_));
   vkGetDeviceQueue(device_, family_, 0, &queue_);
   memory_.open(physical_, device_);
@@ -234,6 +243,12 @@ Device::~Device() {
     // What still owns memory now would free it on a dead device.
     CHECK(memory_.close());
     vkDestroyDevice(device_, nullptr);
+  }
+  if (surface_) {
+    // Devices that were made meanwhile may have replaced what the loader gave for this instance.
+    const auto destroy_surface =
+        reinterpret_cast<PFN_vkDestroySurfaceKHR>(vkGetInstanceProcAddr(instance_, "vkDestroySurfaceKHR"));
+    destroy_surface(instance_, surface_, nullptr);
   }
   if (messenger_) vkDestroyDebugUtilsMessengerEXT(instance_, messenger_, nullptr);
   if (instance_) vkDestroyInstance(instance_, nullptr);
@@ -323,6 +338,8 @@ void Device::destroy(const Retired& r) {
       return vkDestroyDescriptorSetLayout(device_, reinterpret_cast<VkDescriptorSetLayout>(r.handle), nullptr);
     case VK_OBJECT_TYPE_DESCRIPTOR_POOL:
       return vkDestroyDescriptorPool(device_, reinterpret_cast<VkDescriptorPool>(r.handle), nullptr);
+    case VK_OBJECT_TYPE_SAMPLER:
+      return vkDestroySampler(device_, reinterpret_cast<VkSampler>(r.handle), nullptr);
     case VK_OBJECT_TYPE_QUERY_POOL:
       return vkDestroyQueryPool(device_, reinterpret_cast<VkQueryPool>(r.handle), nullptr);
     default:

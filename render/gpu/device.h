@@ -1,4 +1,5 @@
-/// One Vulkan device, its queue and its memory, headless. What it makes dies before it (see owned.h).
+/// One Vulkan device, its queue and its memory, headless unless a window asks for one (window.h). What it makes dies
+/// before it (see owned.h).
 #pragma once
 
 #include <filesystem>
@@ -25,6 +26,9 @@ struct DeviceOptions {
   std::optional<std::filesystem::path> cache_folder = {};
   /// For tests: optional features that the device is taken to lack.
   std::vector<std::string> without = {};
+  /// Of a window: extensions of the instance, and what makes the surface that the device must be able to present to.
+  std::vector<std::string> instance_extensions = {};
+  std::function<VkResult(VkInstance, VkSurfaceKHR*)> make_surface = {};
 };
 
 /// What the validation layer said, warnings and errors. Lives on the heap: the driver holds its address.
@@ -44,6 +48,11 @@ class Device {
   Device& operator=(const Device&) = delete;
 
   VkDevice handle() const { return device_; }
+  // For the window.
+  VkInstance instance() const { return instance_; }
+  VkPhysicalDevice physical() const { return physical_; }
+  VkQueue queue() const { return queue_; }
+  VkSurfaceKHR surface() const { return surface_; }  // null without a window
   const std::string& name() const { return name_; }
   const VkPhysicalDeviceLimits& limits() const { return limits_; }
   MemoryPool& memory() { return memory_; }
@@ -73,7 +82,7 @@ class Device {
   };
   Device() = default;
   world::Status open(const DeviceOptions& options);
-  world::Status open_instance(bool validation);
+  world::Status open_instance(bool validation, const DeviceOptions& options);
   world::Status choose_physical(const std::vector<std::string>& without);
   void retire(VkObjectType type, uint64_t handle);
   void destroy(const Retired& retired);
@@ -81,6 +90,7 @@ class Device {
 
   VkInstance instance_ = VK_NULL_HANDLE;
   VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
+  VkSurfaceKHR surface_ = VK_NULL_HANDLE;
   VkPhysicalDevice physical_ = VK_NULL_HANDLE;
   VkDevice device_ = VK_NULL_HANDLE;
   VkQueue queue_ = VK_NULL_HANDLE;
@@ -133,6 +143,10 @@ constexpr VkObjectType object_type<VkDescriptorSetLayout>() {
 template <>
 constexpr VkObjectType object_type<VkDescriptorPool>() {
   return VK_OBJECT_TYPE_DESCRIPTOR_POOL;
+}
+template <>
+constexpr VkObjectType object_type<VkSampler>() {
+  return VK_OBJECT_TYPE_SAMPLER;
 }
 template <>
 constexpr VkObjectType object_type<VkQueryPool>() {

@@ -22,9 +22,9 @@ void SunMap::clear() {
   ++version_;
 }
 
-world::Status SunMap::follow(const world::WorldView& view, const world::RayStream& opaque, float texel) {
+world::Status SunMap::follow(const world::WorldView& view, const world::RayStream& opaque, float texel,
+                             const Vec3d& sun) {
   const uint64_t blocks = view.masks(world::MaskKind::opaque).version();
-  const Vec3d sun = view.environment().sun_direction;
   if (!(texel >= 1e-3f && texel <= 1e3f))
     return world::usage_error(fmt::format("sun_map_texel: {} m isn't between 0.001 and 1000", texel));
   if (store_ == view.store().identity() && blocks_ == blocks && sun_ == sun && frame_.w.w == texel) return {};
@@ -84,18 +84,27 @@ world::Status SunMap::follow(const world::WorldView& view, const world::RayStrea
   return {};
 }
 
-float SunMap::lit(const world::WorldPoint& point, float cosine) const {
-  if (depths_.empty()) return 1;
-  const world::WorldPoint corner{{frame_.low.x, frame_.low.y, frame_.low.z}, Vec3d(0.0)};
-  const glm::vec3 place = shared::sun_map_place(frame_, glm::vec3(point - corner));
-  const float x = place.x - 0.5f, y = place.y - 0.5f;
+float SunMap::lit_at(float x, float y, float reach) const {
   if (!(x >= 0 && y >= 0 && x < static_cast<float>(frame_.size.x - 1) && y < static_cast<float>(frame_.size.y - 1)))
     return 1;
   const size_t at = static_cast<size_t>(y) * static_cast<size_t>(frame_.size.x) + static_cast<size_t>(x);
   const size_t next = at + static_cast<size_t>(frame_.size.x);
   return shared::sun_map_lit({depths_[at], depths_[at + 1], depths_[next], depths_[next + 1]},
-                             {x - std::floor(x), y - std::floor(y)},
-                             place.z - shared::sun_map_bias(frame_.w.w, cosine));
+                             {x - std::floor(x), y - std::floor(y)}, reach);
+}
+
+float SunMap::lit(const world::WorldPoint& point, float cosine, int filter) const {
+  if (depths_.empty()) return 1;
+  const world::WorldPoint corner{{frame_.low.x, frame_.low.y, frame_.low.z}, Vec3d(0.0)};
+  const glm::vec3 place = shared::sun_map_place(frame_, glm::vec3(point - corner));
+  const float bias = shared::sun_map_filtered_bias(frame_.w.w, cosine, filter);
+  const float first = 0.5f - 0.5f * static_cast<float>(filter);
+  float sum = 0;
+  for (int j = 0; j < filter; ++j)
+    for (int i = 0; i < filter; ++i)
+      sum += lit_at(place.x - 0.5f + first + static_cast<float>(i), place.y - 0.5f + first + static_cast<float>(j),
+                    place.z - bias);
+  return sum / static_cast<float>(filter * filter);
 }
 
 }  // namespace render

@@ -14,14 +14,16 @@ namespace render {
 
 class SunMap {
  public:
-  /// Makes the map anew where the opaque voxels, the sun or the texel (m) have changed. Fails where it would have too
-  /// many texels.
-  world::Status follow(const world::WorldView& view, const world::RayStream& opaque, float texel);
+  /// `sun`: unit, towards it. Makes the map anew where the opaque voxels, the sun or the texel (m) have changed. Fails
+  /// where it would have too many texels.
+  world::Status follow(const world::WorldView& view, const world::RayStream& opaque, float texel,
+                       const world::Vec3d& sun);
   /// Forgets it.
   void clear();
 
   /// The part of the sun's light, 0 to 1, at a point of a surface; `cosine` as above. All light where there is no map.
-  float lit(const world::WorldPoint& point, float cosine) const;
+  /// `filter`: the mean of so many places a side, a texel apart.
+  float lit(const world::WorldPoint& point, float cosine, int filter = 1) const;
 
   const shared::SunMapFrame& frame() const { return frame_; }
   const std::vector<float>& depths() const { return depths_; }  // [size.y][size.x], m along w from the corner
@@ -29,6 +31,8 @@ class SunMap {
   size_t bytes() const { return depths_.capacity() * sizeof(float); }
 
  private:
+  float lit_at(float x, float y, float reach) const;
+
   shared::SunMapFrame frame_{};
   std::vector<float> depths_;
   uint64_t version_ = 0, store_ = 0, blocks_ = 0;

@@ -32,6 +32,12 @@ SHARED float sun_map_bias(float texel, float cosine) {
   return texel * (1.5f * tangent + 0.1f) + 1e-3f;
 }
 
+/// The same for the mean of `filter` places a side: the plane's depth differs by more over their width.
+SHARED float sun_map_filtered_bias(float texel, float cosine, int filter_size) {
+  return filter_size <= 1 ? sun_map_bias(texel, cosine)
+                          : sun_map_bias(texel * (1.0f + 0.5f * float(filter_size - 1)), cosine);
+}
+
 /// Depths of four texels, and where the point lies between their middles.
 SHARED float sun_map_lit(vec4 depths, vec2 between, float reach) {
   float a = depths.x >= reach ? 1.0f : 0.0f, b = depths.y >= reach ? 1.0f : 0.0f;

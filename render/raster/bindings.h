@@ -18,6 +18,8 @@ class Bindings {
 
   void bind(uint32_t binding, const gpu::Buffer& buffer, VkDeviceSize first = 0, VkDeviceSize bytes = VK_WHOLE_SIZE);
   void bind(uint32_t binding, const gpu::DeviceImage& image, VkSampler sampler = VK_NULL_HANDLE);
+  /// What was bound goes away: shaders that declare the number get an empty buffer or storage image.
+  void unbind(uint32_t binding) { bound_.erase(binding); }
 
   /// What was bound is no more.
   void forget(uint32_t binding) { bound_.erase(binding); }

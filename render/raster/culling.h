@@ -55,8 +55,8 @@ constexpr double kNoNextLevel = std::numeric_limits<double>::infinity();
 /// A pool whose pages follow those of the pools before it in a DrawList.
 struct CulledPool {
   FacePool* pool;
-  int level = 0;                 // cells of 2^level voxels
-  double from = 0;               // m: drawn of chunks at least that far, whole from kBlendBand times it on
+  int level = 0;             // cells of 2^level voxels
+  double from = 0;           // m: drawn of chunks at least that far, whole from kBlendBand times it on
   double to = kNoNextLevel;  // m: `from` of the next level, which takes the place of this one
   uint32_t most_chunks =
       ~0u;  // of it, nearest first: a draw list that is longer leaves out the others' and counts them

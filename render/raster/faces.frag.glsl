@@ -10,6 +10,8 @@ layout(constant_id = kSpecExactEdges) const bool kExactEdges = true;
 layout(constant_id = kSpecBlends) const bool kBlends = false;
 layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
 
+#include "render/raster/mirror.glsl.h"
+
 layout(location = 0) flat in uvec2 seen;
 layout(location = 1) flat in vec4 rectangle;
 layout(location = 2) flat in uint detail;
@@ -34,6 +36,11 @@ void main() {
     if (!(t > 0.0) || !crosses_before(t_enter.x, t, u_first) || crosses_before(t_leave.x, t, u_first) ||
         !crosses_before(t_enter.y, t, v_first) || crosses_before(t_leave.y, t, v_first))
       discard;
+  }
+  if (kClips) {
+    const vec3 ray = picture.corner.xyz + gl_FragCoord.x * picture.step_x.xyz + gl_FragCoord.y * picture.step_y.xyz;
+    const uint axis = seen_face(seen.x) >> 1;
+    if (behind_mirror((float(int(seen.y)) - picture.fraction[axis]) / ray[axis] * ray)) discard;
   }
   seen_out = seen;
 }

@@ -8,6 +8,7 @@
 #include "shapes.frag.spv.h"
 #include "shapes.vert.spv.h"
 #include "render/raster/stopwatch.h"
+#include "render/raster/transparency.shared.h"
 
 namespace render::raster {
 
@@ -39,10 +40,14 @@ world::Status FacesPass::fit_indices(PassContext& context, uint32_t largest) {
   return {};
 }
 
-world::Result<const Pipeline*> FacesPass::pipeline(PassContext& context, FaceEdges edges, bool shapes, bool blends) {
-  Pipeline& found = pipelines_[{edges, shapes, blends}];
+world::Result<const Pipeline*> FacesPass::pipeline(PassContext& context, const Drawing& drawing, bool shapes,
+                                                   bool blends) {
+  const FaceEdges edges = drawing.knobs.face_edges;
+  const bool clips = drawing.behind != nullptr;
+  Pipeline& found = pipelines_[{edges, shapes, blends, clips}];
   if (!found) {
-    const std::array constants{Constant{kSpecExactEdges, edges == FaceEdges::exact}, Constant{kSpecBlends, blends}};
+    const std::array constants{Constant{kSpecExactEdges, edges == FaceEdges::exact}, Constant{kSpecBlends, blends},
+                               Constant{kSpecClips, clips}};
     const GraphicsState state{.colour = {kSeenFormat}, .depth = kDepthFormat};
     TRY(found, shapes ? make_graphics(context.device, shapes_vert_spv, shapes_frag_spv, state, constants)
                       : make_graphics(context.device, faces_vert_spv, faces_frag_spv, state, constants));
@@ -75,10 +80,10 @@ world::Status FacesPass::prepare(PassContext& context, const Drawing& drawing, F
   watch.lap_ms();
   cull(pools_, drawing.camera, drawing.rays, drawing.knobs.view_distance, drawing.near >= kNearestForOcclusion, list_);
   report.passes.push_back({"cull", watch.lap_ms(), 0, 0});
-  TRY(cubes_, pipeline(context, drawing.knobs.face_edges, false, list_.blends));
+  TRY(cubes_, pipeline(context, drawing, false, list_.blends));
   shapes_ = nullptr;
   if (any_shapes) {
-    TRY(shapes_, pipeline(context, drawing.knobs.face_edges, true, list_.blends));
+    TRY(shapes_, pipeline(context, drawing, true, list_.blends));
   }
   TRY_STATUS(context.fill(chunks_, list_.chunks.data(), list_.chunks.size() * sizeof(ChunkCorner),
                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));

@@ -6,6 +6,8 @@
 #include "render/raster/face_pool.h"
 #include "render/raster/occlusion_test.h"
 #include "render/raster/pass.h"
+
+#include <tuple>
 #include "render/raster/shape_table.h"
 
 namespace render::raster {
@@ -21,10 +23,10 @@ class FacesPass : public Pass {
 
  private:
   world::Status fit_indices(PassContext& context, uint32_t largest);
-  world::Result<const Pipeline*> pipeline(PassContext& context, FaceEdges edges, bool shapes, bool blends);
+  world::Result<const Pipeline*> pipeline(PassContext& context, const Drawing& drawing, bool shapes, bool blends);
   void record_draws(VkCommandBuffer commands, PassContext& context, bool second);
 
-  std::map<std::tuple<FaceEdges, bool, bool>, Pipeline> pipelines_;
+  std::map<std::tuple<FaceEdges, bool, bool, bool>, Pipeline> pipelines_;
   const Pipeline *cubes_ = nullptr, *shapes_ = nullptr;  // of the picture; shapes: null where there are none
   OcclusionTest occlusion_;
   std::vector<CulledPool> pools_;  // cubes by level, then shapes

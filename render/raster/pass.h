@@ -15,6 +15,8 @@
 #include "render/raster/barriers.h"
 #include "render/raster/bindings.h"
 #include "render/raster/face_pool.h"
+#include "render/raster/lighting.h"
+#include "render/raster/mirror.h"
 #include "render/raster/raster.shared.h"
 #include "render/shading.h"
 
@@ -49,14 +51,23 @@ struct Drawing {
   std::span<const ShapeQuad> quads;  // that the records of shapes name
   const Camera& camera;              // off the planes of the grid
   const PixelRays& rays;
-  const world::Environment& environment;
+  const SkyView& sky;
+  const world::Environment& environment;  // of the sky
+  const Lighting& lighting;
+  bool textured;  // some block has a texture, and the knobs ask for it
   const Shading& shading;
   const RenderKnobs& knobs;
   SurfaceLight::Kind light;
   double near;  // view depth in metres closer than which nothing lies in the picture
   int width, height;
   Inhabitants inhabitants;
+  const MirrorPlane* behind = nullptr;      // the picture is taken from behind this plane, for the one seen in it
+  const MirrorPicture* mirrored = nullptr;  // what that showed
 };
+
+/// For every pipeline that includes render/raster/shading/surface.glsl.h or sky.glsl.h: what shading is compiled for.
+/// What a picture doesn't ask for isn't in it. Two pictures with equal constants can share a pipeline.
+std::vector<Constant> shading_constants(const Drawing& drawing);
 
 /// Times of a picture: a mark starts a row of the report, which ends at the next mark.
 class Timestamps {
@@ -101,6 +112,10 @@ class Pass {
   virtual void record(VkCommandBuffer commands, PassContext& context, const Drawing& drawing) = 0;
   /// Once the device is done: draws and bytes of its rows, and what it reads back.
   virtual world::Status finish(PassContext&, FrameReport&) { return {}; }
+  /// After finish(): the picture must be drawn once more, as what was read back asked for more room.
+  virtual bool again() const { return false; }
+  /// A picture doesn't call for the pass: it gives back what it holds but its pipelines.
+  virtual void rest() {}
 };
 
 /// The row that a mark or prepare() has made.

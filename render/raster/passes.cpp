@@ -3,6 +3,7 @@
 #include "render/raster/inhabitants_pass.h"
 #include "render/raster/shade_pass.h"
 #include "render/raster/temporal_pass.h"
+#include "render/raster/transparency_pass.h"
 
 namespace render::raster {
 
@@ -12,7 +13,9 @@ std::span<const PassKind> pass_kinds() {
       FacesPass::kind(),
       // Radiance of what is seen: into targets.radiance, or targets.colour where a pass below needs that.
       ShadePass::kind(),
-      // Over the shaded picture, with its depth: transparent things, particles.
+      // Over the shaded picture, with its depth.
+      // See-through blocks: into targets.colour. Before what is drawn into it, so that rain before a lake isn't dimmed.
+      TransparencyPass::kind(),
       // Bodies and particles: into targets.colour.
       InhabitantsPass::kind(),
       // With what the pictures before saw: into targets.colour.

@@ -2,40 +2,30 @@
 
 #include <algorithm>
 
+#include "render/gpu/specialise.h"
+
 namespace render::raster {
 
 namespace {
 
-world::Result<gpu::Owned<VkShaderModule>> make_module(gpu::Device& device, std::span<const uint32_t> code) {
+world::Result<gpu::Owned<VkShaderModule>> make_module(gpu::Device& device, std::span<const uint32_t> general,
+                                                      std::span<const Constant> constants) {
+  std::vector<gpu::SpecialConstant> fixed;
+  for (const Constant& c : constants) fixed.push_back({c.id, c.value});
+  const std::vector<uint32_t> code = gpu::specialise(general, fixed);
   auto info = gpu::vk_info<VkShaderModuleCreateInfo>(VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO);
-  info.codeSize = code.size_bytes();
+  info.codeSize = code.size() * sizeof code[0];
   info.pCode = code.data();
   VkShaderModule module = VK_NULL_HANDLE;
   VK_CHECK(vkCreateShaderModule(device.handle(), &info, nullptr, &module));
   return gpu::Owned<VkShaderModule>(device, module);
 }
 
-/// Constants as Vulkan reads them; must outlive the call that makes the pipeline.
-struct Specialisation {
-  std::vector<VkSpecializationMapEntry> entries;
-  VkSpecializationInfo info{};
-
-  explicit Specialisation(std::span<const Constant> constants) {
-    for (size_t i = 0; i < constants.size(); ++i)
-      entries.push_back(
-          {constants[i].id, static_cast<uint32_t>(i * sizeof(Constant) + offsetof(Constant, value)), sizeof(uint32_t)});
-    info = {static_cast<uint32_t>(entries.size()), entries.data(), constants.size_bytes(), constants.data()};
-  }
-  Specialisation(const Specialisation&) = delete;
-};
-
-VkPipelineShaderStageCreateInfo stage(VkShaderStageFlagBits which, VkShaderModule module,
-                                      const Specialisation& special) {
+VkPipelineShaderStageCreateInfo stage(VkShaderStageFlagBits which, VkShaderModule module) {
   auto info = gpu::vk_info<VkPipelineShaderStageCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO);
   info.stage = which;
   info.module = module;
   info.pName = "main";
-  info.pSpecializationInfo = &special.info;
   return info;
 }
 
@@ -70,10 +60,9 @@ world::Result<Pipeline> make_compute(gpu::Device& device, std::span<const uint32
                                      std::span<const Constant> constants) {
   Pipeline made;
   TRY_STATUS(make_layout(device, gpu::shader_bindings(code), made));
-  TRY(const auto module, make_module(device, code));
-  const Specialisation special(constants);
+  TRY(const auto module, make_module(device, code, constants));
   auto info = gpu::vk_info<VkComputePipelineCreateInfo>(VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO);
-  info.stage = stage(VK_SHADER_STAGE_COMPUTE_BIT, module, special);
+  info.stage = stage(VK_SHADER_STAGE_COMPUTE_BIT, module);
   info.layout = made.layout;
   VkPipeline pipeline = VK_NULL_HANDLE;
   VK_CHECK(vkCreateComputePipelines(device.handle(), device.pipeline_cache(), 1, &info, nullptr, &pipeline));
@@ -90,11 +79,10 @@ world::Result<Pipeline> make_graphics(gpu::Device& device, std::span<const uint3
   const auto more = gpu::shader_bindings(fragment_code);
   bindings.insert(bindings.end(), more.begin(), more.end());
   TRY_STATUS(make_layout(device, std::move(bindings), made));
-  TRY(const auto vertex, make_module(device, vertex_code));
-  TRY(const auto fragment, make_module(device, fragment_code));
-  const Specialisation special(constants);
-  const VkPipelineShaderStageCreateInfo stages[] = {stage(VK_SHADER_STAGE_VERTEX_BIT, vertex, special),
-                                                    stage(VK_SHADER_STAGE_FRAGMENT_BIT, fragment, special)};
+  TRY(const auto vertex, make_module(device, vertex_code, constants));
+  TRY(const auto fragment, make_module(device, fragment_code, constants));
+  const VkPipelineShaderStageCreateInfo stages[] = {stage(VK_SHADER_STAGE_VERTEX_BIT, vertex),
+                                                    stage(VK_SHADER_STAGE_FRAGMENT_BIT, fragment)};
   const auto vertices =
       gpu::vk_info<VkPipelineVertexInputStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO);
   auto assembly =

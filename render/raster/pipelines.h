@@ -12,6 +12,7 @@ namespace render::raster {
 /// A specialisation constant of 32 bits; bools are 0 and 1.
 struct Constant {
   uint32_t id, value;
+  friend auto operator<=>(const Constant&, const Constant&) = default;
 };
 
 struct Pipeline {

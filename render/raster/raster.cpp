@@ -10,7 +10,9 @@
 #include "render/extract/proxies.h"
 #include "render/raster/culling.h"
 #include "render/raster/rasterizer.h"
+#include "render/see_through.h"
 #include "render/bsdf/bsdf.h"
+#include "render/trace/geometry.h"
 #include "world/proxies/proxy.h"
 
 namespace render {
@@ -83,6 +85,7 @@ class Raster : public RasterBackend {
     const auto start = Clock::now();
     if (!rasterizer_) TRY_STATUS(open());
     TRY_STATUS(check_light(light, knobs));
+    TRY(const SkyView sky, sky_view(view.environment(), knobs, sky_light_));
     TRY(const std::vector<world::LeafPos> dirty, follow(view, camera, knobs, height));
     const double extract_ms = ms_since(start);
     const auto upload_start = Clock::now();
@@ -98,22 +101,37 @@ class Raster : public RasterBackend {
     TRY(const uint64_t light_bytes, rasterizer_->light_grid().follow(rasterizer_->device(), light_));
     bytes += light_bytes;
     if (knobs.sun_shadow == SunShadow::map)
-      TRY_STATUS(sun_map_.follow(view, rays_.stream(view.store(), world::MaskKind::opaque), knobs.sun_map_texel));
+      TRY_STATUS(sun_map_.follow(view, rays_.stream(view.store(), world::MaskKind::opaque), knobs.sun_map_texel,
+                                 sky.environment.sun_direction));
     else
       sun_map_.clear();
     TRY(const uint64_t map_bytes, rasterizer_->follow_sun_map(sun_map_));
     bytes += map_bytes;
-    if (knobs.sun_shadow == SunShadow::ray || knobs.corner_occlusion) {
+    raster::Lighting& lighting = rasterizer_->lighting();
+    lighting.binding_limit = rasterizer_->binding_limit;
+    const bool maps = knobs.luminaire_shadow == LuminaireShadow::map && calls_for_trace_scene(view.world());
+    const world::RayStream* spot_maps = maps ? &rays_.stream(view.store(), world::MaskKind::opaque) : nullptr;
+    TRY(const uint64_t lighting_bytes, lighting.follow(rasterizer_->device(), view, spot_maps, knobs));
+    TRY_STATUS(textures_.follow(view.palette(), knobs));
+    TRY(const uint64_t texture_bytes, rasterizer_->follow_textures(textures_));
+    bytes += lighting_bytes + texture_bytes;
+    if (knobs.sun_shadow == SunShadow::ray || knobs.corner_occlusion || knobs.sky_rays > 0 || lighting.casts_rays()) {
       TRY(const uint64_t more, send_shadow_grid(view, dirty));
       bytes += more;
     } else if (!dirty.empty()) {
       shadow_store_ = 0;
     }
     const double upload_ms = ms_since(upload_start);
-    const Shading shading(view.environment(), view.palette());
+    const Shading shading(sky, view.palette());
+    rasterizer_->seed = sampling.seed;
     const double near =
         near_plane(view, camera, PixelRays(camera, width, height), shapes_.has_shape(camera.position.voxel));
-    TRY(Frame frame, draw_samples(view, camera, shading, knobs, near, width, height));
+    TRY(const std::optional<raster::MirrorPicture> mirrored,
+        picture_in_mirror(view, camera, sky, shading, knobs, width, height));
+    rasterizer_->mirrored = mirrored ? &*mirrored : nullptr;
+    auto drawn = draw_samples(view, camera, sky, shading, knobs, near, width, height);
+    rasterizer_->mirrored = nullptr;
+    TRY(Frame frame, std::move(drawn));
     frame.report.passes.insert(frame.report.passes.begin(),
                                {{"extract", extract_ms, 0, 0}, {"upload", upload_ms, 0, bytes}});
     frame.report.warnings = rasterizer_->device().warnings();
@@ -121,9 +139,37 @@ class Raster : public RasterBackend {
     return frame;
   }
 
+  /// What the plane that mirrors most of the picture shows, where the knob asks for it and there is one.
+  world::Result<std::optional<raster::MirrorPicture>> picture_in_mirror(const world::WorldView& view,
+                                                                        const Camera& camera, const SkyView& sky,
+                                                                        const Shading& shading,
+                                                                        const RenderKnobs& knobs, int width,
+                                                                        int height) {
+    std::optional<raster::MirrorPicture> picture;
+    if (knobs.reflection != Reflection::planar || knobs.transparency != Transparency::lists ||
+        !(calls_for_see_through(view) || calls_for_mirrors(view)))
+      return picture;
+    const auto plane =
+        raster::find_mirror_plane(view, rays_.stream(view.store(), world::MaskKind::occupied), camera, width, height);
+    if (!plane) return picture;
+    const Camera behind = raster::mirrored_camera(camera, *plane);
+    const double near = near_plane(view, behind, PixelRays(behind, width, height), false);
+    rasterizer_->behind = &*plane;
+    const EffectPlan no_effects;
+    RenderKnobs plain = knobs;
+    plain.anti_aliasing = AntiAliasing::none;  // what temporal mixing remembers is the eye's picture
+    auto drawn = rasterizer_->draw(view, behind, sky, shading, light_.kind(), plain, near, width, height,
+                                   {.plan = no_effects, .inhabitants = {}});
+    rasterizer_->behind = nullptr;
+    TRY(Frame frame, std::move(drawn));
+    picture = raster::MirrorPicture{*plane, behind, std::move(frame.image)};
+    return picture;
+  }
+
   /// A picture a sample, averaged on the device, and its effects after the last.
-  world::Result<Frame> draw_samples(const world::WorldView& view, const Camera& camera, const Shading& shading,
-                                    const RenderKnobs& knobs, double near, int width, int height) {
+  world::Result<Frame> draw_samples(const world::WorldView& view, const Camera& camera, const SkyView& sky,
+                                    const Shading& shading, const RenderKnobs& knobs, double near, int width,
+                                    int height) {
     TRY(const EffectPlan plan, plan_effects(view, camera, knobs, width, height));
     // A part of a picture has no last one that it could be mixed with.
     const bool alone = knobs.anti_aliasing == AntiAliasing::temporal && camera.window != PictureWindow{};
@@ -135,8 +181,9 @@ class Raster : public RasterBackend {
     Frame frame;
     const auto samples = static_cast<uint32_t>(shifts.size());
     for (uint32_t sample = 0; sample < samples; ++sample) {
-      TRY(Frame one, rasterizer_->draw(view, shifted(camera, width, height, shifts[sample]), shading, light_.kind(),
-                                       knobs, near, width, height, {fits ? plan : none, sample, samples, inhabitants}));
+      TRY(Frame one,
+          rasterizer_->draw(view, shifted(camera, width, height, shifts[sample]), sky, shading, light_.kind(), knobs,
+                            near, width, height, {fits ? plan : none, sample, samples, inhabitants}));
       one.report.add_passes(frame.report);
       frame = std::move(one);
     }
@@ -159,7 +206,10 @@ class Raster : public RasterBackend {
     const int levels =
         std::max(extracted_ && knobs.lod_error_px > 0 ? levels_.count() : 0, level_count(view, camera, knobs, height));
     const auto wanted = [&] {
-      return ExtractKnobs{knobs.merge_faces, knobs.sealed_cavities || camera_in_cavity_, levels > 0};
+      return ExtractKnobs{.merge_faces = knobs.merge_faces,
+                          .sealed_cavities = knobs.sealed_cavities || camera_in_cavity_,
+                          .skirts = levels > 0,
+                          .see_through = knobs.transparency != Transparency::opaque};
     };
     const bool fresh = !extracted_ || shapes_.kind() != knobs.proxy_shapes;
     TRY_STATUS(fresh ? shapes_.rebuild(view, knobs.proxy_shapes) : shapes_.update(view, dirty));
@@ -220,6 +270,8 @@ class Raster : public RasterBackend {
   ExtractKnobs coarse_;
   SurfaceLight light_;
   SunMap sun_map_;
+  std::shared_ptr<const world::SkyLight> sky_light_;
+  TextureSet textures_;
   world::StoreRays rays_;      // for the map
   uint64_t pictures_ = 0;      // so far: which points of pixels the next one looks through
   uint64_t store_ = 0;         // identity of the world that was extracted

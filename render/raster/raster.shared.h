@@ -4,10 +4,12 @@
 #define LOAM_RENDER_RASTER_RASTER_SHARED_H
 
 #include "world/base/shared.h"
+#include "world/scenes/sky_model.shared.h"
 
 #ifdef __cplusplus
 namespace render::raster {
-using glsl::ivec4, glsl::uint, glsl::vec4;
+using glsl::ivec4, glsl::uint, glsl::uvec4, glsl::vec4;
+using world::shared::SkyModel;
 #endif
 
 // Numbers of bindings, one for each buffer and image of the whole backend. A shader declares those that it uses, and
@@ -41,6 +43,10 @@ SHARED_CONST uint kBindBoxes = 97;       // DrawnBox[]  bodies
 SHARED_CONST uint kBindHistory = 98;     // vec4[]   what the pictures before saw of each pixel
 SHARED_CONST uint kBindNewHistory = 99;  // vec4[]   with this picture
 // 32..63: light and sky. 64..95: transparency, water, reflections. 96..127: particles, the whole picture.
+SHARED_CONST uint kBindLighting = 32;        // uint[]   luminaires, media, blocks: lighting.shared.h
+SHARED_CONST uint kBindSeenLuminaires = 33;  // uint[]   by tile of the picture: offset and length, then the lists
+SHARED_CONST uint kBindTextureBlocks = 34;   // uvec2[]  by block: where its tiles begin (0: even), its contrast
+SHARED_CONST uint kBindTexels = 35;          // float[]  render/textures/texture.shared.h
 
 SHARED_CONST uint kTilePixels = 8;  // a tile of the occlusion test is 8 x 8 pixels
 
@@ -55,13 +61,23 @@ SHARED_CONST uint kGroupWords = 5;
 
 /// Specialisation constants.
 SHARED_CONST uint kSpecExactEdges = 0;
-SHARED_CONST uint kSpecSunShadow = 1;        // by order of SunShadow
-SHARED_CONST uint kSpecLight = 2;            // by order of SurfaceLight::Kind
-SHARED_CONST uint kSpecInterpolation = 3;    // kLightFace, kLightVertex, kLightLinear
-SHARED_CONST uint kSpecCornerOcclusion = 4;  // bool
-SHARED_CONST uint kSpecBlends = 7;           // bool: some chunks are drawn in part
-SHARED_CONST uint kSpecShapes = 6;           // bool: pixels may see faces of shapes
-SHARED_CONST uint kSpecToImage = 5;          // bool: shading writes targets.colour, else the radiance buffer
+SHARED_CONST uint kSpecSunShadow = 1;         // by order of SunShadow
+SHARED_CONST uint kSpecLight = 2;             // by order of SurfaceLight::Kind
+SHARED_CONST uint kSpecInterpolation = 3;     // kLightFace, kLightVertex, kLightLinear
+SHARED_CONST uint kSpecCornerOcclusion = 4;   // bool
+SHARED_CONST uint kSpecToImage = 5;           // bool: shading writes targets.colour, else the radiance buffer
+SHARED_CONST uint kSpecShapes = 6;            // bool: pixels may see faces of shapes
+SHARED_CONST uint kSpecBlends = 7;            // bool: some chunks are drawn in part
+SHARED_CONST uint kSpecSkyModel = 32;         // bool: the sky of a time of day
+SHARED_CONST uint kSpecLuminaires = 33;       // bool
+SHARED_CONST uint kSpecMedia = 34;            // bool
+SHARED_CONST uint kSpecBsdf = 35;             // bool: blocks scatter by their BSDF
+SHARED_CONST uint kSpecLuminaireShadow = 36;  // kLuminaireShadow...
+SHARED_CONST uint kSpecSkyRays = 37;          // rays to the sky a pixel
+SHARED_CONST uint kSpecTextures = 38;         // kTexture...
+SHARED_CONST uint kSpecAnisotropy = 39;       // texture_anisotropy
+SHARED_CONST uint kSpecNormalDetail = 40;     // float, normal_detail
+SHARED_CONST uint kSpecSunMapFilter = 41;     // int, sun_map_filter
 
 /// A record of SurfaceLightLeaf in words: 16 a direction of faces, 4 a direction of counts before slices, the first
 /// code.
@@ -85,8 +101,16 @@ struct PictureConstants {
   vec4 level_sky[4], level_block[4];  // by level: SurfaceLightDecoder
   vec4 map_u, map_v, map_w;           // of the sun's map: SunMapFrame
   ivec4 map_low, map_size;
-  ivec4 light;  // x: slots of the light's table less 1
-  vec4 screen;  // x: width, y: height, z: metres at view depth 1 that are 1.25/256 pixel
+  ivec4 light;            // x: slots of the light's table less 1
+  uvec4 luminaires;       // offsets in `lighting`: records, numbers of those that light everything; z: how many; blocks
+  uvec4 luminaires_seen;  // x: 1 where some are seen, y: tiles a row, z: offset of those at no place, w: how many
+  uvec4 light_cells;      // offset of the table (0: none), slots less 1, log2 of a cell's voxels
+  uvec4 media;            // offset, how many, steps through a density grid
+  uvec4 light_samples;    // of each light with an area; 1: by Sobol's sequence; the picture's seed, low word and high
+  vec4 sun_irradiance;    // of a plane that faces it; w: occlusion_distance, m
+  vec4 eye_absorption;    // 1/m, of what the camera is in; w: 1 where it is any
+  SkyModel sky;           // of kSpecSkyModel
+  vec4 screen;            // x: width, y: height, z: metres at view depth 1 that are 1.25/256 pixel
 };
 
 /// What the temporal pass is told.
@@ -135,7 +159,7 @@ SHARED_CONST uint kMostShapeChunks = 1u << 14;
 SHARED_CONST uint kQuadVectors = 6u;
 
 #ifdef __cplusplus
-static_assert(sizeof(PictureConstants) == (13 + 12 + 14 + 3) * 16);
+static_assert(sizeof(PictureConstants) == (13 + 12 + 14 + 3 + 7 + 15) * 16);
 }  // namespace render::raster
 #endif
 #endif

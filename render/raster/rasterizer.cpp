@@ -1,6 +1,7 @@
 #include "render/raster/rasterizer.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 
 #include "render/raster/stopwatch.h"
@@ -47,12 +48,18 @@ PictureConstants picture_constants(const Drawing& drawing, const ShadowGrid& gri
   }
   p.light = ivec4(static_cast<int>(lit.table_size() - 1), 0, 0, 0);
   const world::VoxelPos voxel = camera.position.voxel;
+  if (const MirrorPlane* behind = drawing.behind)
+    p.light = ivec4(p.light.x, behind->axis, behind->plane - voxel[behind->axis], behind->side);
   const world::RegionPos low = grid.min_region(), high = grid.max_region();
   p.camera_voxel = ivec4(voxel.x, voxel.y, voxel.z, 0);
   p.region_min = ivec4(low.x, low.y, low.z, static_cast<int>(grid.table_size() - 1));
   p.region_max = ivec4(high.x, high.y, high.z, 0);
   const double metres_per_pixel = 2 * rays.window_half_y / drawing.height;
   p.screen = vec4(drawing.width, drawing.height, static_cast<float>(1.25 / 256 * metres_per_pixel), 0);
+  if (drawing.sky.light) p.sky = drawing.sky.light->model();
+  p.sun_irradiance =
+      to_vec4(Vec3d(environment.sun_irradiance.r, environment.sun_irradiance.g, environment.sun_irradiance.b),
+              drawing.knobs.occlusion_distance);
   p.map_u = map.u, p.map_v = map.v, p.map_w = map.w, p.map_low = map.low, p.map_size = map.size;
   return p;
 }
@@ -130,7 +137,8 @@ world::Status Rasterizer::fit_targets(int width, int height, const TargetNeeds& 
 }
 
 world::Status Rasterizer::bind_shared(const Drawing& drawing) {
-  const PictureConstants constants = picture_constants(drawing, shadow_grid_, light_grid_, sun_map_frame_);
+  PictureConstants constants = picture_constants(drawing, shadow_grid_, light_grid_, sun_map_frame_);
+  lighting_.describe(drawing.view, drawing.camera, drawing.knobs, seed, constants);
   TRY_STATUS(context().fill(picture_, &constants, sizeof constants, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT));
   bindings_.bind(kBindPicture, picture_);
   bindings_.bind(kBindRegions, shadow_grid_.regions());
@@ -141,8 +149,18 @@ world::Status Rasterizer::bind_shared(const Drawing& drawing) {
   bindings_.bind(kBindLightLeaves, light_grid_.leaves());
   bindings_.bind(kBindLightCodes, light_grid_.codes());
   bindings_.bind(kBindSunMap, sun_map_);
+  // Where there is none, an empty one is bound.
+  const auto bind_if_made = [&](uint32_t binding, const gpu::Buffer& buffer) {
+    buffer.handle ? bindings_.bind(binding, buffer) : bindings_.forget(binding);
+  };
+  bind_if_made(kBindLighting, lighting_.words());
+  bind_if_made(kBindSeenLuminaires, lighting_.seen());
+  bind_if_made(kBindTextureBlocks, texture_blocks_);
+  bind_if_made(kBindTexels, texels_);
   bindings_.bind(kBindSeen, targets_.seen);
   bindings_.bind(kBindDepth, targets_.depth);
+  // What the other way of reading back had bound is gone with its targets.
+  bindings_.unbind(targets_.colour.handle ? kBindRadiance : kBindColour);
   if (targets_.colour.handle) bindings_.bind(kBindColour, targets_.colour);
   return {};
 }
@@ -202,9 +220,25 @@ world::Result<uint64_t> Rasterizer::follow_sun_map(const SunMap& map) {
   return bytes;
 }
 
-world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera& placed, const Shading& shading,
-                                      SurfaceLight::Kind light, const RenderKnobs& knobs, double near, int width,
-                                      int height, const Finish& finish) {
+world::Result<uint64_t> Rasterizer::follow_textures(const TextureSet& textures) {
+  if (textures.version() == textures_version_) return uint64_t{0};
+  textures_version_ = textures.version();
+  texture_blocks_ = {}, texels_ = {};
+  if (textures.empty()) return uint64_t{0};
+  std::vector<glm::uvec2> blocks;
+  for (size_t id = 0; id < textures.blocks().size(); ++id)
+    blocks.emplace_back(textures.blocks()[id], std::bit_cast<uint32_t>(textures.contrasts()[id]));
+  const auto fill = [&](gpu::Buffer& buffer, const auto& values) {
+    return context().fill(buffer, values.data(), values.size() * sizeof values[0], VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+  };
+  TRY_STATUS(fill(texture_blocks_, blocks));
+  TRY_STATUS(fill(texels_, textures.texels()));
+  return textures.bytes();
+}
+
+world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera& placed, const SkyView& sky,
+                                      const Shading& shading, SurfaceLight::Kind light, const RenderKnobs& knobs,
+                                      double near, int width, int height, const Finish& finish) {
   Stopwatch watch, whole;
   Camera camera = placed;
   // A camera on a face's plane sees the face on its upper side, as a ray does.
@@ -212,8 +246,11 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
   const PixelRays rays(camera, width, height);
   std::vector<FacePool*> levels;
   for (const auto& level : levels_) levels.push_back(level.get());
-  const Drawing drawing{view,    levels, shape_pool_, quads_, camera, rays,   view.environment(),
-                        shading, knobs,  light,       near,   width,  height, finish.inhabitants};
+  const bool textured = texels_.handle != VK_NULL_HANDLE;
+  TRY_STATUS(lighting_.see(*device_, camera, width, height));
+  const Drawing drawing{view,     levels,  shape_pool_, quads_, camera, rays,  sky,    sky.environment,    lighting_,
+                        textured, shading, knobs,       light,  near,   width, height, finish.inhabitants, behind,
+                        mirrored};
   Frame frame;
   FrameReport& report = frame.report;
 
@@ -227,7 +264,13 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
   PassContext shared = context();
   for (size_t i = 0; i < kinds.size(); ++i) {
     Stage& stage = stages_[i];
-    if (!stage.called_for) continue;
+    if (!stage.called_for) {
+      // A picture for a mirror is part of another one, which may call for it.
+      if (behind) continue;
+      if (stage.pass) stage.pass->rest();
+      stage.fits = false;
+      continue;
+    }
     if (!stage.pass) {
       auto made = kinds[i].make();
       TRY_STATUS(made->open(shared));
@@ -251,6 +294,9 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
   watch.lap_ms();
   for (Stage& stage : stages_)
     if (stage.called_for) TRY_STATUS(stage.pass->finish(shared, report));
+  for (const Stage& stage : stages_)
+    if (stage.called_for && stage.pass->again())
+      return draw(view, placed, sky, shading, light, knobs, near, width, height, finish);
   report.device = device_->name();
   if (!shaded.last()) {
     report.ms = whole.lap_ms();

@@ -7,6 +7,7 @@
 #include "render/effects/device_chain.h"
 #include "render/light/sun_map.h"
 #include "render/raster/light_grid.h"
+#include "render/textures/texture_set.h"
 #include "render/raster/pass.h"
 #include "render/raster/shadow_grid.h"
 
@@ -35,17 +36,26 @@ class Rasterizer {
     return shape_pool_.update(*device_, pool_sources(chunks));
   }
   /// near: view depth in metres closer than which nothing lies in the picture.
-  world::Result<Frame> draw(const world::WorldView& view, const Camera& camera, const Shading& shading,
-                            SurfaceLight::Kind light, const RenderKnobs& knobs, double near, int width, int height,
-                            const Finish& finish);
+  world::Result<Frame> draw(const world::WorldView& view, const Camera& camera, const SkyView& sky,
+                            const Shading& shading, SurfaceLight::Kind light, const RenderKnobs& knobs, double near,
+                            int width, int height, const Finish& finish);
 
-  /// Used where knobs.sun_shadow is ray, and for corner_occlusion.
+  /// Used where casts_rays(), and for corner_occlusion.
   ShadowGrid& shadow_grid() { return shadow_grid_; }
   LightGrid& light_grid() { return light_grid_; }
   /// Sends the map where it has a new version. Returns the bytes sent.
   world::Result<uint64_t> follow_sun_map(const SunMap& map);
+  /// Luminaires, media and how blocks scatter, where the world calls for them. Followed before draw().
+  Lighting& lighting() { return lighting_; }
+  /// Sends the texels where they have a new version. Returns the bytes sent.
+  world::Result<uint64_t> follow_textures(const TextureSet& textures);
+  /// Of the numbers by which lights are sampled.
+  uint64_t seed = 1;
   /// Bytes that one storage buffer binding may reach, at most the device's; tests lower it.
   uint64_t binding_limit = ~uint64_t{0};
+  /// Of the next draw(): see Drawing.
+  const MirrorPlane* behind = nullptr;
+  const MirrorPicture* mirrored = nullptr;
 
   gpu::Device& device() { return *device_; }
   FacePool& pool() { return *levels_[0]; }
@@ -71,6 +81,9 @@ class Rasterizer {
   std::span<const ShapeQuad> quads_;
   ShadowGrid shadow_grid_;
   LightGrid light_grid_;
+  Lighting lighting_;
+  gpu::Buffer texture_blocks_, texels_;
+  uint64_t textures_version_ = 0;
   gpu::Buffer sun_map_;
   shared::SunMapFrame sun_map_frame_{};
   uint64_t sun_map_version_ = 0;

@@ -1,11 +1,30 @@
 #include "render/raster/shade_pass.h"
 
 #include <algorithm>
-#include <array>
+#include <bit>
 
 #include "shade.comp.spv.h"
 
 namespace render::raster {
+
+std::vector<Constant> shading_constants(const Drawing& drawing) {
+  const RenderKnobs& knobs = drawing.knobs;
+  const LightingVariant& lighting = drawing.lighting.variant();
+  return {{kSpecSunShadow, static_cast<uint32_t>(knobs.sun_shadow)},
+          {kSpecLight, static_cast<uint32_t>(drawing.light)},
+          {kSpecInterpolation, static_cast<uint32_t>(knobs.light_interpolation)},
+          {kSpecCornerOcclusion, knobs.corner_occlusion},
+          {kSpecSkyModel, drawing.sky.light != nullptr},
+          {kSpecLuminaires, lighting.luminaires},
+          {kSpecMedia, lighting.media},
+          {kSpecBsdf, lighting.bsdf},
+          {kSpecLuminaireShadow, lighting.luminaire_shadow},
+          {kSpecSkyRays, static_cast<uint32_t>(std::max(knobs.sky_rays, 0))},
+          {kSpecTextures, drawing.textured ? static_cast<uint32_t>(knobs.textures) : 0},
+          {kSpecAnisotropy, drawing.textured ? static_cast<uint32_t>(std::max(knobs.texture_anisotropy, 1)) : 1},
+          {kSpecNormalDetail, drawing.textured ? std::bit_cast<uint32_t>(knobs.normal_detail) : 0},
+          {kSpecSunMapFilter, static_cast<uint32_t>(std::clamp(knobs.sun_map_filter, 1, 15))}};
+}
 
 PassKind ShadePass::kind() {
   return {"shade", [](const Drawing&, TargetNeeds&) { return true; },
@@ -13,21 +32,11 @@ PassKind ShadePass::kind() {
 }
 
 world::Status ShadePass::prepare(PassContext& context, const Drawing& drawing, FrameReport&) {
-  const RenderKnobs& knobs = drawing.knobs;
-  const ShadeVariant variant{knobs.sun_shadow,
-                             drawing.light,
-                             knobs.light_interpolation,
-                             knobs.corner_occlusion,
-                             !drawing.shapes.chunks().empty(),
-                             context.targets.colour.handle != VK_NULL_HANDLE};
-  Pipeline& pipeline = pipelines_[variant];
+  std::vector<Constant> constants = shading_constants(drawing);
+  constants.push_back({kSpecShapes, !drawing.shapes.chunks().empty()});
+  constants.push_back({kSpecToImage, context.targets.colour.handle != VK_NULL_HANDLE});
+  Pipeline& pipeline = pipelines_[constants];
   if (!pipeline) {
-    const std::array constants{Constant{kSpecSunShadow, static_cast<uint32_t>(variant.sun_shadow)},
-                               Constant{kSpecLight, static_cast<uint32_t>(variant.light)},
-                               Constant{kSpecInterpolation, static_cast<uint32_t>(variant.interpolation)},
-                               Constant{kSpecCornerOcclusion, variant.corner_occlusion},
-                               Constant{kSpecShapes, variant.shapes},
-                               Constant{kSpecToImage, variant.to_image}};
     TRY(pipeline, make_compute(context.device, shade_comp_spv, constants));
   }
   pipeline_ = &pipeline;

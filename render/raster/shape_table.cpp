@@ -36,7 +36,7 @@ world::Status ShapeTable::prepare(PassContext& context, const Drawing& drawing) 
   std::vector<vec4> lit;
   for (const world::Vec3f& n : normals) {
     constexpr float kPi = 3.14159265f;
-    const world::Irradiance3 sky = sky_irradiance(drawing.environment, world::Vec3d(n));
+    const world::Irradiance3 sky = sky_irradiance(drawing.sky, world::Vec3d(n));
     const float cosine = static_cast<float>(glm::dot(drawing.environment.sun_direction, world::Vec3d(n)));
     const world::Irradiance3 sun = drawing.environment.sun_irradiance;
     const float factor = std::max(cosine, 0.0f) / kPi;

@@ -9,6 +9,8 @@ layout(constant_id = kSpecBlends) const bool kBlends = false;
 layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
 layout(binding = kBindShapeQuads, std430) readonly buffer Quads { vec4 quads[]; };
 
+#include "render/raster/mirror.glsl.h"
+
 layout(location = 0) flat in uvec2 seen;
 layout(location = 1) flat in vec3 corner;
 layout(location = 2) flat in uint detail;
@@ -27,6 +29,11 @@ void main() {
     const vec3 place = t * ray - corner;
     const vec2 on = vec2(dot(place, quads[at + 4u].xyz), dot(place, quads[at + 5u].xyz));
     if (!(t > 0.0) || any(lessThan(on, vec2(-kOverlap))) || any(greaterThan(on, vec2(1.0 + kOverlap)))) discard;
+  }
+  if (kClips) {
+    const vec3 ray = picture.corner.xyz + gl_FragCoord.x * picture.step_x.xyz + gl_FragCoord.y * picture.step_y.xyz;
+    const vec3 normal = quads[(seen.x & ~kSeenShape) * kQuadVectors + 3u].xyz;
+    if (behind_mirror(dot(normal, corner) / dot(normal, ray) * ray)) discard;
   }
   seen_out = seen;
 }

@@ -12,6 +12,8 @@
 #include "render/light/sun_map.h"
 #include "render/light/surface_light.h"
 #include "render/bsdf/bsdf.h"
+#include "render/textures/texture_set.h"
+#include "render/raycast/straight_walk.h"
 #include "render/trace/layers.h"
 #include "render/trace/picture.h"
 #include "render/trace/proxies.h"
@@ -61,11 +63,13 @@ struct Spent {
 /// One picture: what all threads read.
 class Picture {
  public:
-  Picture(const world::WorldView& view, const RayStream& occupied, const world::ParallelRays& sun_rays,
-          const MaskWalker& opaque, const world::StoreContours::Followed* contours, const world::BlockShapes* shapes,
-          const SurfaceLight& light, const SunMap& sun_map, const Camera& camera, const RenderKnobs& knobs, int width,
+  Picture(const world::WorldView& view, const SkyView& sky, const RayStream& occupied,
+          const world::ParallelRays& sun_rays, const MaskWalker& opaque, const world::StoreContours::Followed* contours,
+          const world::BlockShapes* shapes, const SeeThroughKinds* kinds, const SurfaceLight& light,
+          const SunMap& sun_map, const TextureSet& textures, const Camera& camera, const RenderKnobs& knobs, int width,
           int height, Image& image)
       : view_(view),
+        sky_(sky),
         camera_(camera.position),
         rays_(camera, width, height),
         knobs_(knobs),
@@ -73,13 +77,15 @@ class Picture {
         sun_rays_(sun_rays),
         occupied_(occupied.walker()),
         opaque_(opaque),
-        shading_(view.environment(), view.palette()),
+        shading_(sky, view.palette()),
         light_(light),
         sun_map_(sun_map),
+        textures_(textures.empty() ? nullptr : &textures),
         decoder_(light.kind(), shading_),
         lit_by_cells_(light.kind() != SurfaceLight::Kind::none || knobs.corner_occlusion),
         contours_(contours),
         shapes_(shapes),
+        kinds_(kinds),
         in_bounds_(occupied_.in_bounds(camera.position.voxel)),
         // In a contour's voxel the eye is in front of the surface.
         inside_(contours ? contours->contours.cells().test(camera.position.voxel) &&
@@ -98,15 +104,16 @@ class Picture {
   }
 
  private:
-  struct LeafCache {
-    world::StoreReader& reader;
-    world::LeafPos pos{INT32_MAX, 0, 0};
-    world::LeafBlocks blocks{};
-    BlockId get(VoxelPos v) {
-      const world::LeafPos leaf = leaf_from_voxel(v);
-      if (leaf != pos) pos = leaf, blocks = reader.leaf(leaf);
-      return blocks[index_in_leaf(v)];
-    }
+  /// What the rays of some pixels go straight on through; empty where nothing is.
+  struct Layers {
+    struct OfPixel {
+      int pixel;
+      uint32_t begin, end;
+      uint16_t eye, last;  // kinds that the ray starts and ends in
+    };
+    std::vector<StraightLayer> all;
+    std::vector<OfPixel> of_pixels;
+    void clear() { all.clear(), of_pixels.clear(); }
   };
 
   /// Up to kTilesAtOnce tiles of a row, side by side.
@@ -124,7 +131,9 @@ class Picture {
     ProxyHit on_shape[kMost];  // where there are shapes; part kNoPart: not on one
     bool sunlit[kMost];
     float sun[kMost];  // the part of its light that arrives on faces
-    LeafCache blocks{reader};
+    LeafCache blocks(reader);
+    thread_local Layers layers;
+    layers.clear();
 
     auto start = Clock::now();
     for (int i = 0; i < count; ++i) {
@@ -146,6 +155,7 @@ class Picture {
       }
     if (shapes_)
       for (int i = 0; i < count; ++i) hits[i] = pass_shapes(rays[i], hits[i], blocks, on_shape[i]);
+    if (kinds_) go_straight(rays, hits, on_shape, count, blocks, layers);
     spent.primary_ms += ms_since(start);
 
     start = Clock::now();
@@ -166,17 +176,22 @@ class Picture {
       const Vec3d& direction = rays[i].direction;
       Rgb& pixel = image_.at(pixel_x[i], pixel_y[i]);
       if (!hits[i].hit())
-        pixel = sky_radiance(view_.environment(), direction.y / glm::length(direction));
+        pixel = sky_.seen(direction / glm::length(direction));
       else if (on_shape[i].part != kNoPart)
         pixel = shape_radiance(hits[i], on_shape[i], direction, blocks.get(hits[i].voxel), sun[i]);
       else if (contours_ && normals[i] != Vec3d(0.0))
-        pixel = normal_radiance(shading_, view_.environment(),
-                                blocks.get(contours_->walker.matter_voxel(hits[i].voxel, normals[i])), normals[i],
-                                sunlit[i]);
-      else
-        pixel = shading_.face_radiance(blocks.get(hits[i].voxel), hits[i].face, sun[i],
-                                       lit_by_cells_ ? light_at(rays[i], hits[i]) : shading_.sky_lit[hits[i].face]);
+        pixel = normal_radiance(shading_, sky_, blocks.get(contours_->walker.matter_voxel(hits[i].voxel, normals[i])),
+                                normals[i], sunlit[i]);
+      else {
+        const Textured texture = textures_ ? texture_at(rays[i], hits[i], blocks) : Textured{};
+        pixel = shading_.face_radiance(blocks.get(hits[i].voxel), hits[i].face, sun[i] * texture.sun,
+                                       lit_by_cells_ ? light_at(rays[i], hits[i]) : shading_.sky_lit[hits[i].face],
+                                       texture.albedo);
+      }
     }
+    for (const Layers::OfPixel& p : layers.of_pixels)
+      add_layers(rays[p.pixel], hits[p.pixel], pixel_x[p.pixel], pixel_y[p.pixel], p,
+                 {layers.all.data() + p.begin, p.end - p.begin}, spent);
     spent.shade_ms += ms_since(start);
   }
 
@@ -194,14 +209,25 @@ class Picture {
       const world::Proxy* shape = shapes_->shape[id];
       if (!shape)
         return {WalkEnd::hit, place.voxel, world::entered_face(place.axis, axes.upwards[place.axis] != 0), place.t};
-      const uint8_t joins = shapes_->joins_at(*shape, place.voxel, [&](VoxelPos v) { return blocks.get(v); });
-      if (intersect_proxy(*shape, joins, ray, place.voxel, t_limit, on_shape) && !on_shape.inside)
-        return {WalkEnd::hit, place.voxel, nearest_face(side_seen(on_shape, ray.direction)), on_shape.t};
-      on_shape.part = kNoPart;
+      GridHit met;
+      if (meets_shape(ray, place.voxel, id, t_limit, blocks, on_shape, met)) return met;
       if (!world::mask_walk::leave_cube(axes, place, 0, t_limit)) return {WalkEnd::t_max, {}, world::kNoFace, t_limit};
       if (!occupied_.volume().test(place.voxel) && !occupied_.find(axes, place, t_limit))
         return {WalkEnd::t_max, {}, world::kNoFace, t_limit};
     }
+  }
+
+  /// Whether a ray meets the shape of a voxel's block within t_limit; where it doesn't, on_shape has no part.
+  bool meets_shape(const GridRay& ray, VoxelPos voxel, BlockId id, double t_limit, LeafCache& blocks,
+                   ProxyHit& on_shape, GridHit& hit) const {
+    const world::Proxy& shape = *shapes_->shape[id];
+    const uint8_t joins = shapes_->joins_at(shape, voxel, [&](VoxelPos v) { return blocks.get(v); });
+    if (intersect_proxy(shape, joins, ray, voxel, t_limit, on_shape) && !on_shape.inside) {
+      hit = {WalkEnd::hit, voxel, nearest_face(side_seen(on_shape, ray.direction)), on_shape.t};
+      return true;
+    }
+    on_shape.part = kNoPart;
+    return false;
   }
 
   /// The normal on the side that the ray comes from.
@@ -224,10 +250,10 @@ class Picture {
 
   Rgb shape_radiance(const GridHit& hit, const ProxyHit& on_shape, const Vec3d& direction, BlockId block,
                      float sun) const {
-    const world::Environment& e = view_.environment();
+    const world::Environment& e = sky_.environment;
     const Vec3d normal = side_seen(on_shape, direction);
     constexpr float kPi = 3.14159265f;
-    const world::Irradiance3 sky = sky_irradiance(e, normal);
+    const world::Irradiance3 sky = sky_irradiance(sky_, normal);
     Rgb lit{sky.r / kPi, sky.g / kPi, sky.b / kPi};
     if (light_.kind() != SurfaceLight::Kind::none)
       if (const uint32_t code = code_at(hit, on_shape); code != SurfaceLight::kUnknown) lit = decoder_(code, hit.face);
@@ -240,18 +266,101 @@ class Picture {
   }
 
   GridRay ray_to_sun(const GridRay& ray, const GridHit& hit, const ProxyHit& on_shape) const {
-    if (on_shape.part == kNoPart) return world::ray_from_surface(ray, hit, view_.environment().sun_direction);
+    if (on_shape.part == kNoPart) return world::ray_from_surface(ray, hit, sky_.environment.sun_direction);
     GridRay to_sun;
     to_sun.voxel = hit.voxel;
     to_sun.fraction = clamp(on_shape.point, Vec3d(0), Vec3d(1));
-    to_sun.direction = view_.environment().sun_direction;
+    to_sun.direction = sky_.environment.sun_direction;
     return to_sun;
+  }
+
+  /// Follows the rays that meet a see-through block, or start in one, to what lies behind.
+  void go_straight(const GridRay* rays, GridHit* hits, ProxyHit* on_shape, int count, LeafCache& blocks,
+                   Layers& layers) const {
+    const BlockId eye = inside_ ? blocks.get(camera_.voxel) : world::kAir;
+    for (int i = 0; i < count; ++i) {
+      BlockId medium = kinds_->contains(eye) ? eye : world::kAir;
+      WalkPlace place{camera_.voxel, 0, -1};
+      if (medium == world::kAir) {
+        if (!hits[i].hit() || on_shape[i].part != kNoPart || !kinds_->contains(blocks.get(hits[i].voxel))) continue;
+        place = {hits[i].voxel, hits[i].t, world::face_axis(hits[i].face)};
+      }
+      double t_limit = rays[i].t_max;
+      WalkPlace start{camera_.voxel, 0, -1};
+      if (!occupied_.clip(GridAxes(rays[i]), start, t_limit)) continue;
+      const uint32_t begin = static_cast<uint32_t>(layers.all.size());
+      const uint16_t from = kinds_->kind(medium);
+      on_shape[i].part = kNoPart;
+      const auto meet = [&](const WalkPlace& at, BlockId id, GridHit& hit) {
+        if (!shapes_ || !shapes_->shape[id]) return ShapeMeeting::none;
+        return meets_shape(rays[i], at.voxel, id, t_limit, blocks, on_shape[i], hit) ? ShapeMeeting::met
+                                                                                     : ShapeMeeting::missed;
+      };
+      hits[i] = walk_straight(rays[i], occupied_, *kinds_, blocks, place, t_limit, medium, layers.all, meet);
+      layers.of_pixels.push_back({i, begin, static_cast<uint32_t>(layers.all.size()), from, kinds_->kind(medium)});
+    }
+  }
+
+  void add_layers(const GridRay& ray, const GridHit& end, int x, int y, const Layers::OfPixel& of,
+                  std::span<const StraightLayer> layers, Spent& spent) const {
+    const double length = glm::length(ray.direction);
+    Rgb& seen = image_.at(x, y);
+    StraightPixel pixel;
+    pixel.x = static_cast<uint32_t>(x), pixel.y = static_cast<uint32_t>(y);
+    pixel.metres_per_t = static_cast<float>(length);
+    pixel.eye = of.eye, pixel.end = of.last;
+    pixel.t_end = static_cast<float>((end.hit() ? end.t : ray.t_max) * length);
+    pixel.behind = seen;
+    const auto surface = [&](const StraightLayer& layer) {
+      float sun = shading_.sun_faces[layer.at.face] ? 1.0f : 0.0f;
+      if (knobs_.sun_shadow == SunShadow::map && sun > 0) sun = sun_map_at(ray, layer.at, {});
+      if (knobs_.sun_shadow == SunShadow::sky_light && !sees_whole_sky(light_.code(layer.at.voxel, layer.at.face)))
+        sun = 0;
+      if (knobs_.sun_shadow == SunShadow::ray && sun > 0) {
+        ++spent.shadow_rays;
+        if (opaque_.any_set(world::ray_from_surface(ray, layer.at, sky_.environment.sun_direction))) sun = 0;
+      }
+      const Rgb lit = lit_by_cells_ ? light_at(ray, layer.at) : shading_.sky_lit[layer.at.face];
+      const BlockId owner = static_cast<BlockId>(kinds_->blocks()[layer.owner()].block.x);
+      return shading_.face_radiance(owner, layer.at.face, sun, lit);
+    };
+    const auto mirrored = [&](int axis) {
+      Vec3d direction = ray.direction / length;
+      direction[axis] = -direction[axis];
+      return sky_.radiance(direction);
+    };
+    seen = straight_radiance(pixel, ray.direction, *kinds_, layers, knobs_.coverage_pattern,
+                             knobs_.transparency == Transparency::sorted, surface, mirrored);
   }
 
   float sun_map_at(const GridRay& ray, const GridHit& hit, const ProxyHit& on_shape) const {
     const world::GridRay to_sun = ray_to_sun(ray, hit, on_shape);
-    const float cosine = static_cast<float>(std::abs(view_.environment().sun_direction[world::face_axis(hit.face)]));
-    return sun_map_.lit({to_sun.voxel, to_sun.fraction}, cosine);
+    const float cosine = static_cast<float>(std::abs(sky_.environment.sun_direction[world::face_axis(hit.face)]));
+    return sun_map_.lit({to_sun.voxel, to_sun.fraction}, cosine, std::clamp(knobs_.sun_map_filter, 1, 15));
+  }
+
+  /// What the texture multiplies the albedo by, and, through the normal that it tilts, the sun's light.
+  struct Textured {
+    float albedo = 1, sun = 1;
+  };
+  Textured texture_at(const GridRay& ray, const GridHit& hit, LeafCache& blocks) const {
+    const int axis = world::face_axis(hit.face);
+    glm::vec3 fraction;
+    for (int a = 0; a < 3; ++a)
+      fraction[a] = static_cast<float>(std::clamp(
+          double(camera_.voxel[a] - hit.voxel[a]) + camera_.fraction[a] + hit.t * ray.direction[a], 0.0, 1.0));
+    const glm::vec3 direction(ray.direction), at = direction * static_cast<float>(hit.t);
+    const glm::vec3 step_x = shared::texture_step(at, direction, glm::vec3(rays_.step_x), axis),
+                    step_y = shared::texture_step(at, direction, glm::vec3(rays_.step_y), axis);
+    const BlockId block = blocks.get(hit.voxel);
+    Textured t;
+    t.albedo = textures_->factor(knobs_, block, hit.voxel, hit.face, fraction, step_x, step_y);
+    if (knobs_.normal_detail != 0) {
+      const glm::vec3 normal = textures_->normal(knobs_, block, hit.voxel, hit.face, fraction, step_x, step_y);
+      const glm::vec3 sun(sky_.environment.sun_direction);
+      t.sun = std::max(glm::dot(normal, sun), 0.0f) / std::max(std::abs(sun[axis]), 1e-6f);
+    }
+    return t;
   }
 
   Rgb light_at(const GridRay& ray, const GridHit& hit) const {
@@ -315,7 +424,7 @@ class Picture {
 
   void cast_contour_shadows(const GridRay* rays, const GridHit* hits, const Vec3d* normals, int count, bool* sunlit,
                             Spent& spent) const {
-    const Vec3d& to_sun = view_.environment().sun_direction;
+    const Vec3d& to_sun = sky_.environment.sun_direction;
     for (int i = 0; i < count; ++i) {
       if (!hits[i].hit()) continue;
       const bool smooth = normals[i] != Vec3d(0.0);
@@ -327,6 +436,7 @@ class Picture {
   }
 
   const world::WorldView& view_;
+  const SkyView& sky_;
   world::WorldPoint camera_;
   PixelRays rays_;
   const RenderKnobs& knobs_;
@@ -336,10 +446,12 @@ class Picture {
   Shading shading_;
   const SurfaceLight& light_;
   const SunMap& sun_map_;
+  const TextureSet* textures_;  // null: all blocks are even
   SurfaceLightDecoder decoder_;
   bool lit_by_cells_;                               // not by the open sky alone
   const world::StoreContours::Followed* contours_;  // null: all voxels are cubes
   const world::BlockShapes* shapes_;                // null: the world has none, or all voxels are cubes
+  const SeeThroughKinds* kinds_;                    // null: nothing is seen through
   bool in_bounds_;                                  // the camera is within the regions that hold anything
   bool inside_;                                     // the camera is in a block
   Image& image_;
@@ -382,25 +494,32 @@ class RaycastBackend : public Backend {
     }
     const auto start = Clock::now();
     Frame frame{Image(width, height), {}};
+    TRY(const SkyView sky, sky_view(view.environment(), knobs, sky_light_));
     const RayStream& occupied = rays_.stream(view.store(), MaskKind::occupied);
     const RayStream& opaque = rays_.stream(view.store(), MaskKind::opaque);
-    const world::ParallelRays& sun_rays =
-        rays_.parallel(view.store(), MaskKind::opaque, view.environment().sun_direction);
+    const world::ParallelRays& sun_rays = rays_.parallel(view.store(), MaskKind::opaque, sky.environment.sun_direction);
     const world::StoreContours::Followed* contours =
         contours_.follow(view.store(), static_cast<world::ContourShape>(knobs.contours), knobs.contour_iso);
     TRY(const world::BlockShapes shapes, world::block_shapes(view.palette()));
     bool any_shape = false;
     if (knobs.proxy_shapes != ProxyShapes::cube)
       for (const auto& [id, count] : view.store().census()) any_shape |= shapes.shape[id] != nullptr;
+    // Contours and cubes of one picture can't both be seen through.
+    std::optional<SeeThroughKinds> kinds;
+    if (knobs.transparency != Transparency::opaque && !contours) {
+      kinds.emplace(view.palette());
+      if (!kinds->called_for(view.store().census())) kinds.reset();
+    }
     TRY_STATUS(check_light(light, knobs));
+    TRY_STATUS(textures_.follow(view.palette(), knobs));
     light_.follow(view, light, knobs.light_model);
     if (knobs.sun_shadow == SunShadow::map)
-      TRY_STATUS(sun_map_.follow(view, opaque, knobs.sun_map_texel));
+      TRY_STATUS(sun_map_.follow(view, opaque, knobs.sun_map_texel, sky.environment.sun_direction));
     else
       sun_map_.clear();
-    const Picture picture(view, occupied, sun_rays, opaque.walker(), contours,
-                          any_shape && !contours ? &shapes : nullptr, light_, sun_map_, camera, knobs, width, height,
-                          frame.image);
+    const Picture picture(view, sky, occupied, sun_rays, opaque.walker(), contours,
+                          any_shape && !contours ? &shapes : nullptr, kinds ? &*kinds : nullptr, light_, sun_map_,
+                          textures_, camera, knobs, width, height, frame.image);
     const double prepare_ms = ms_since(start);
     Spent total;
     std::mutex adding;
@@ -430,6 +549,8 @@ class RaycastBackend : public Backend {
   world::StoreContours contours_;
   SurfaceLight light_;
   SunMap sun_map_;
+  std::shared_ptr<const world::SkyLight> sky_light_;
+  TextureSet textures_;
 };
 
 }  // namespace

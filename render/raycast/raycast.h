@@ -6,6 +6,9 @@
 /// the inner faces of that block, as in the rasterizer, which culls them. The sun's shadow is a second ray, from the
 /// voxel in front of the face, exactly on it, through opaque voxels.
 ///
+/// Unless the knob transparency says opaque, see-through blocks are layers instead: the ray goes straight on through
+/// them to what lies behind (render/raycast/straight_walk.h), as the rasterizer's lists do.
+///
 /// That is so where one ray a pixel of direct light is asked for and the world has no luminaires, media or meshes.
 /// Otherwise each sample is a call of an integrator (render/trace/transport.h), as light_transport says; integrators
 /// draw cubes, whatever `contours` says.

@@ -16,6 +16,13 @@ constexpr double kPi = 3.14159265358979323846;
 
 Vec3d vector_of(auto bands) { return {bands.r, bands.g, bands.b}; }
 
+Vec3d albedo_of(const Transport& t, const Surface& s) {
+  return vector_of(t.scene().view().palette()[s.block].albedo) * double{s.texture};
+}
+
+/// The sky lights a face of a voxel as its plane lies, whatever its texture does.
+Vec3d sky_normal(const Surface& s) { return Vec3d(s.kind == SurfaceKind::voxel ? s.normal : s.shading_normal); }
+
 /// One light's samples towards a surface.
 Vec3d one_light(Transport& t, LightTarget target, int samples, bool shadows, const Surface& s, const Vec3f& wo,
                 const Sampler& sampler, uint32_t dimension) {
@@ -32,12 +39,10 @@ Vec3d one_light(Transport& t, LightTarget target, int samples, bool shadows, con
       scattered = finite_scattering(s, p, light.direction, wo);
     } else {
       const double cosine = std::max(0.0f, dot(light.direction, s.shading_normal));
-      scattered = light.luminaire && !light.luminaire->lambertian
-                      ? Vec3d(0)
-                      : vector_of(t.scene().view().palette()[s.block].albedo) * (cosine / kPi);
+      scattered = light.luminaire && !light.luminaire->lambertian ? Vec3d(0) : albedo_of(t, s) * (cosine / kPi);
     }
     if (scattered == Vec3d(0)) continue;
-    const Vec3d arrives = shadows ? t.arrival(s.spawn(light.direction), light).value : Vec3d(1);
+    const Vec3d arrives = t.arrival(s.spawn(light.direction), light, nullptr, shadows).value;
     sum += scattered * light.radiance * arrives / (light.pdf > 0 ? light.pdf : 1.0);
   }
   return sum / double(samples);
@@ -48,7 +53,8 @@ template <class Shade>
 Vec3d first_surface(Transport& t, const TraceRay& ray, Shade shade) {
   ++t.tracer.counts.camera_rays;
   const Vec3f absorption = t.tracer.absorption(ray);
-  const Surface s = t.tracer.intersect(ray, t.crossings);
+  Surface s = t.tracer.intersect(ray, t.crossings);
+  t.texture(s, ray, true);
   FogView fog;
   if (t.scene().has_media()) {
     media_along(t.tracer, ray, t.crossings, s.t, t.stretches);
@@ -65,12 +71,10 @@ Vec3d first_surface(Transport& t, const TraceRay& ray, Shade shade) {
   return fog.value * seen + fog.added;
 }
 
-Vec3d albedo_of(const Transport& t, const Surface& s) { return vector_of(t.scene().view().palette()[s.block].albedo); }
-
 }  // namespace
 
 Vec3d seen_far(const Transport& t, const TraceRay& ray) {
-  Vec3d l = t.sky(Vec3f(ray.ray.direction));
+  Vec3d l = t.seen_sky(Vec3f(ray.ray.direction));
   for (const SceneLuminaire& s : t.scene().luminaires()) {
     if (s.finite || !s.met) continue;
     const auto hit = s.sampler.meet(ray.start() - s.luminaire->position, Vec3f(ray.ray.direction));
@@ -82,14 +86,15 @@ Vec3d seen_far(const Transport& t, const TraceRay& ray) {
 Vec3d light_by_light(Transport& t, const Surface& s, const Vec3f& wo, const Sampler& sampler, uint32_t dimension,
                      bool first) {
   Vec3d sum(0);
-  if (t.scene().view().environment().sun_irradiance.max() > 0)
+  if (t.scene().environment().sun_irradiance.max() > 0)
     sum += one_light(t, {LightKind::sun, 0, 0, {}, world::kNoFace}, 1, t.knobs().sun_shadow == SunShadow::ray, s, wo,
                      sampler, dimension);
   const auto& luminaires = t.scene().luminaires();
   for (uint32_t i = 0; i < luminaires.size(); ++i) {
     if (!first && !luminaires[i].luminaire->global_illumination) continue;
     sum += one_light(t, {LightKind::luminaire, i, 0, {}, world::kNoFace},
-                     luminaires[i].impulse ? 1 : t.knobs().light_samples, true, s, wo, sampler,
+                     luminaires[i].impulse ? 1 : t.knobs().light_samples,
+                     t.knobs().luminaire_shadow != LuminaireShadow::none, s, wo, sampler,
                      dimension + (i + 1) * kDimensionsPerVertex * 64);
   }
   return sum;
@@ -97,7 +102,7 @@ Vec3d light_by_light(Transport& t, const Surface& s, const Vec3f& wo, const Samp
 
 Vec3d direct_radiance(Transport& t, const TraceRay& camera_ray, const Sampler& sampler) {
   return first_surface(t, camera_ray, [&](const Surface& s) {
-    const Vec3d sky = vector_of(sky_irradiance(t.scene().view().environment(), Vec3d(s.shading_normal)));
+    const Vec3d sky = vector_of(sky_irradiance(t.scene().sky(), sky_normal(s)));
     return albedo_of(t, s) * sky / kPi +
            light_by_light(t, s, Vec3f(-camera_ray.ray.direction), sampler, kVertexDimension, true);
   });
@@ -105,7 +110,7 @@ Vec3d direct_radiance(Transport& t, const TraceRay& camera_ray, const Sampler& s
 
 Vec3d ambient_occlusion_radiance(Transport& t, const TraceRay& camera_ray, const Sampler& sampler) {
   return first_surface(t, camera_ray, [&](const Surface& s) {
-    Vec3d sky = vector_of(sky_irradiance(t.scene().view().environment(), Vec3d(s.shading_normal)));
+    Vec3d sky = vector_of(sky_irradiance(t.scene().sky(), sky_normal(s)));
     if (sky != Vec3d(0)) {
       int open = 0;
       const int rays = t.knobs().light_samples;

@@ -108,12 +108,16 @@ bool calls_for_trace_scene(const world::World& world) {
          std::any_of(world.media.begin(), world.media.end(), has_strength);
 }
 
-TraceScene::TraceScene(const world::WorldView& view, uint32_t gloss)
-    : view_(&view), gloss_(gloss), grid_(view.masks(world::MaskKind::occupied)) {}
+TraceScene::TraceScene(const world::WorldView& view, uint32_t gloss, const SkyView& sky)
+    : view_(&view), gloss_(gloss), sky_(sky), grid_(view.masks(world::MaskKind::occupied)) {}
 
 world::Result<TraceScene> TraceScene::build(const world::WorldView& view, uint32_t gloss) {
+  return build(view, gloss, view.environment());
+}
+
+world::Result<TraceScene> TraceScene::build(const world::WorldView& view, uint32_t gloss, const SkyView& sky) {
   TRY_STATUS(check_bsdfs(view.palette()));
-  TraceScene scene(view, gloss);
+  TraceScene scene(view, gloss, sky);
   TRY(scene.shapes_, world::block_shapes(view.palette()));
   TRY(scene.meshes_, MeshScene::build(view.world()));
   scene.add_materials();

@@ -25,6 +25,7 @@
 #include <vector>
 
 #include "render/bsdf/bsdf.h"
+#include "render/sky_view.h"
 #include "render/trace/grid_caster.h"
 #include "render/trace/mesh_scene.h"
 #include "render/trace/proxies.h"
@@ -88,6 +89,7 @@ struct Surface {
   Vec3f normal{0}, shading_normal{0};  // unit, on the side that the ray comes from
   const Bsdf* bsdf = nullptr;
   BsdfParameters parameters{};
+  float texture = 1;        // what a texture has multiplied the matte part of the parameters by
   Vec3f emission{0};        // W/(m^2 sr), sent back along the ray
   float luminaire_pdf = 0;  // with which the luminaire's sample() would have chosen this direction
   MeshesAround around;      // of the ray where it arrives
@@ -127,6 +129,8 @@ class TraceScene {
  public:
   /// `gloss`: which lobe glossy surfaces have, as of bsdf_parameters().
   static world::Result<TraceScene> build(const world::WorldView& view, uint32_t gloss = shared::kGlossFresnel);
+  /// With another sky than the world's.
+  static world::Result<TraceScene> build(const world::WorldView& view, uint32_t gloss, const SkyView& sky);
 
   struct Material {
     const Bsdf* bsdf = nullptr;
@@ -145,6 +149,8 @@ class TraceScene {
 
   const world::WorldView& view() const { return *view_; }
   const world::World& world() const { return view_->world(); }
+  const SkyView& sky() const { return sky_; }
+  const world::Environment& environment() const { return sky_.environment; }
   const std::vector<Material>& materials() const { return materials_; }
   const std::vector<Instance>& instances() const { return instances_; }
   const std::vector<SceneLuminaire>& luminaires() const { return luminaires_; }
@@ -177,7 +183,7 @@ class TraceScene {
                                           world::FunctionRef<bool(uint32_t)> counts, world::LuminaireHit& hit) const;
 
  private:
-  TraceScene(const world::WorldView& view, uint32_t gloss);
+  TraceScene(const world::WorldView& view, uint32_t gloss, const SkyView& sky);
   world::Status add_luminaires();
   world::Status add_media();
   void add_materials();
@@ -185,6 +191,7 @@ class TraceScene {
 
   const world::WorldView* view_;
   uint32_t gloss_;
+  SkyView sky_;
   GridCaster grid_;
   MeshScene meshes_;
   world::BlockShapes shapes_;

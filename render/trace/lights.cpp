@@ -280,7 +280,7 @@ void LightSet::add_luminaires(const TraceScene& scene) {
 }
 
 void LightSet::add_far(const TraceScene& scene) {
-  const world::Environment& e = scene.view().environment();
+  const world::Environment& e = scene.environment();
   if (e.sun_irradiance.max() > 0)
     far_.push_back({LightKind::sun, 0, mean_of(vector_of(e.sun_irradiance)), Vec3f(e.sun_direction), 0});
   if (const SkyShape sky(e); sky.total() > 0) far_.push_back({LightKind::sky, 0, sky.total() / 2, Vec3f(0), 0});
@@ -491,7 +491,7 @@ bool LightSet::sample_one(LightTarget source, const Receiver& receiver, Vec2f u,
 }
 
 bool LightSet::sample_sun(const Receiver&, LightSample& sample) const {
-  const world::Environment& e = scene_->view().environment();
+  const world::Environment& e = scene_->environment();
   sample = {};
   sample.direction = Vec3f(e.sun_direction);
   sample.distance = kInfinity;
@@ -501,7 +501,7 @@ bool LightSet::sample_sun(const Receiver&, LightSample& sample) const {
 }
 
 bool LightSet::sample_sky(const Receiver&, Vec2f u, LightSample& sample) const {
-  const world::Environment& e = scene_->view().environment();
+  const world::Environment& e = scene_->environment();
   const SkyShape sky(e);
   const double below = sky.below() / sky.total();
   double y, at = u.x;
@@ -517,14 +517,14 @@ bool LightSet::sample_sky(const Receiver&, Vec2f u, LightSample& sample) const {
   sample = {};
   sample.direction = Vec3f(r * std::cos(angle), y, r * std::sin(angle));
   sample.distance = kInfinity;
-  sample.radiance = vector_of(sky_radiance(e, sample.direction.y));
+  sample.radiance = vector_of(scene_->sky().radiance(Vec3d(sample.direction)));
   sample.pdf = sky_density(sample.direction);
   sample.target.kind = LightKind::sky;
   return sample.pdf > 0;
 }
 
 double LightSet::sky_density(const Vec3f& direction) const {
-  const SkyShape sky(scene_->view().environment());
+  const SkyShape sky(scene_->environment());
   const double y = direction.y;
   return (y < 0 ? sky.ground : sky.horizon + (sky.zenith - sky.horizon) * y) / sky.total();
 }

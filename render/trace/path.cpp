@@ -29,7 +29,8 @@ class Path {
   Vec3d radiance() {
     for (vertex_ = 0;; ++vertex_) {
       const Vec3f absorption = t_.tracer.absorption(ray_);
-      const Surface surface = t_.tracer.intersect(ray_, t_.crossings);
+      Surface surface = t_.tracer.intersect(ray_, t_.crossings);
+      t_.texture(surface, ray_, vertex_ == 0);
       ScatterEvent event{false, surface.t, nullptr};
       if (t_.scene().has_media()) {
         media_along(t_.tracer, ray_, t_.crossings, surface.t, t_.stretches);
@@ -61,7 +62,8 @@ class Path {
 
   bool leave() {
     const Vec3f direction(ray_.ray.direction);
-    const Vec3d sky = t_.sky(direction);
+    // Disks of the sun and the moon are lights of their own but where only an eye or a mirror finds them.
+    const Vec3d sky = impulse_ ? t_.seen_sky(direction) : t_.sky(direction);
     if (sky != Vec3d(0)) add(sky, impulse_ ? 0 : t_.lights().pdf_sky(receiver_, direction));
     const auto& luminaires = t_.scene().luminaires();
     for (uint32_t i = 0; i < luminaires.size(); ++i) {

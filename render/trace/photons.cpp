@@ -130,7 +130,8 @@ Vec3d photons_radiance(Transport& t, const TraceRay& camera_ray, const Sampler& 
   for (uint32_t vertex = 0; vertex < 4096; ++vertex) {
     const uint32_t dimension = kVertexDimension + vertex * kDimensionsPerVertex;
     const Vec3f absorption = t.tracer.absorption(ray);
-    const Surface s = t.tracer.intersect(ray, t.crossings);
+    Surface s = t.tracer.intersect(ray, t.crossings);
+    t.texture(s, ray, vertex == 0);
     if (t.scene().has_media()) {
       media_along(t.tracer, ray, t.crossings, s.t, t.stretches);
       const FogView fog = fog_along(t.stretches, ray.ray.direction);

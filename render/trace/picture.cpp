@@ -8,12 +8,17 @@
 
 #include "render/effects/chain.h"
 #include "render/trace/film.h"
+#include "render/textures/texture_set.h"
 #include "render/trace/photons.h"
 #include "world/base/jobs.h"
 
 namespace render {
 
 namespace {
+
+/// Samples are as sharp as if so many lay side by side in a pixel, however many there will be: else a picture that goes
+/// on from fewer would not be the one taken at once.
+constexpr double kSamplesAcross = 4;
 
 using Clock = std::chrono::steady_clock;
 double ms_since(Clock::time_point start) {
@@ -189,6 +194,9 @@ class Picture {
     ray.ray = camera_ray(camera_, rays_, x, y, sampler, centre);
     const double length = glm::length(ray.ray.direction);
     ray.ray.direction /= length;
+    // Of several samples each stands for its part of the pixel.
+    const double part = 1 / (length * (knobs.spp == 1 ? 1.0 : kSamplesAcross));
+    transport.pixel_x = Vec3f(rays_.step_x * part), transport.pixel_y = Vec3f(rays_.step_y * part);
     ray.ray.t_max = knobs.view_distance;
     ray.around = around_;
     return integrator_(transport, ray, sampler);
@@ -222,7 +230,11 @@ world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& c
                                    const Sampling& sampling, int width, int height) {
   TRY_STATUS(check(camera, knobs, width, height));
   const Clock::time_point start = Clock::now();
-  TRY(const TraceScene scene, TraceScene::build(view, static_cast<uint32_t>(knobs.gloss_lobe)));
+  std::shared_ptr<const world::SkyLight> made;
+  TRY(const SkyView sky, sky_view(view.environment(), knobs, made));
+  TRY(const TraceScene scene, TraceScene::build(view, static_cast<uint32_t>(knobs.gloss_lobe), sky));
+  TextureSet textures;
+  TRY_STATUS(textures.follow(view.palette(), knobs));
   const LightSet lights = LightSet::build(scene, knobs.light_transport == LightTransport::photons);
   const double prepare_ms = ms_since(start);
 
@@ -238,7 +250,7 @@ world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& c
     TRY(film, Film::load(sampling.film, width, height, key));
   }
 
-  const TransportScene shared{&scene, &lights, knobs};
+  const TransportScene shared{&scene, &lights, knobs, textures.empty() ? nullptr : &textures};
   Picture picture(shared, camera, sampling.seed, film);
   Clock::time_point saved = Clock::now();
   const uint32_t wanted = static_cast<uint32_t>(knobs.spp);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "render/shading.h"
+#include "render/textures/texture_set.h"
 
 namespace render {
 
@@ -48,11 +49,31 @@ Vec3d absorbed(const Vec3f& absorption, double distance) {
 }
 
 Vec3d Transport::sky(const Vec3f& direction) const {
-  const Rgb l = sky_radiance(scene().view().environment(), direction.y);
+  const Rgb l = scene().sky().radiance(Vec3d(direction));
   return {l.r, l.g, l.b};
 }
 
-Arrival Transport::arrival(TraceRay ray, const LightSample& light, ShadowTracking* tracking) {
+Vec3d Transport::seen_sky(const Vec3f& direction) const {
+  const Rgb l = scene().sky().seen(Vec3d(direction));
+  return {l.r, l.g, l.b};
+}
+
+void Transport::texture(Surface& s, const TraceRay& ray, bool seen) const {
+  if (!shared.textures || s.kind != SurfaceKind::voxel || s.inside) return;
+  const int axis = world::face_axis(s.face);
+  glm::vec3 step_x(0), step_y(0);
+  if (seen) {
+    const Vec3f direction(ray.ray.direction), at = direction * static_cast<float>(s.t);
+    step_x = render::shared::texture_step(at, direction, pixel_x, axis);
+    step_y = render::shared::texture_step(at, direction, pixel_y, axis);
+  }
+  s.texture = shared.textures->factor(knobs(), s.block, s.behind, s.face, glm::vec3(s.point), step_x, step_y);
+  s.parameters.lambertian *= s.texture;
+  if (knobs().normal_detail != 0)
+    s.shading_normal = shared.textures->normal(knobs(), s.block, s.behind, s.face, glm::vec3(s.point), step_x, step_y);
+}
+
+Arrival Transport::arrival(TraceRay ray, const LightSample& light, ShadowTracking* tracking, bool shadows) {
   Arrival arrival;
   arrival.value = Vec3d(1);
   ++tracer.counts.shadow_rays;
@@ -65,7 +86,7 @@ Arrival Transport::arrival(TraceRay ray, const LightSample& light, ShadowTrackin
                  : transmittance(shadow_stretches, ray.ray.direction);
     arrival.value *= t.value, arrival.made *= t.made, arrival.lit *= t.lit;
   };
-  if (light.luminaire && !light.luminaire->shadows) {
+  if (!shadows || (light.luminaire && !light.luminaire->shadows)) {
     through_media({}, light.distance);
     return arrival;
   }

@@ -25,13 +25,15 @@ constexpr uint32_t kPickLight = 0, kOnLight = 1, kScatter = 3, kRoulette = 6, kF
                    kShadowPath = 10;
 
 class PhotonMap;
+class TextureSet;
 
 /// What all threads read.
 struct TransportScene {
   const TraceScene* scene = nullptr;
   const LightSet* lights = nullptr;
   RenderKnobs knobs;
-  const PhotonMap* photons = nullptr;  // of the sample at hand, where light_transport asks for them
+  const TextureSet* textures = nullptr;  // null: all blocks are even
+  const PhotonMap* photons = nullptr;    // of the sample at hand, where light_transport asks for them
 };
 
 /// Light that goes straight from a light to a point: `value` is the share that arrives, the others as in Transmittance.
@@ -58,10 +60,18 @@ class Transport {
 
   /// How much of a light's sample arrives where `from` starts towards it: through media, blocks and what passes light
   /// straight. Counts one shadow ray. Density grids are tracked where `tracking` says how, else exact.
-  Arrival arrival(TraceRay from, const LightSample& light, ShadowTracking* tracking = nullptr);
+  /// Without `shadows` nothing but media takes of it.
+  Arrival arrival(TraceRay from, const LightSample& light, ShadowTracking* tracking = nullptr, bool shadows = true);
   /// Radiance from the sky along a ray that leaves the scene.
   Vec3d sky(const Vec3f& direction) const;
+  /// The same with what only an eye sees: disks and stars.
+  Vec3d seen_sky(const Vec3f& direction) const;
 
+  /// Gives a surface of the grid its block's texture. `seen`: by the camera's ray, over the pixel's footprint; else at
+  /// the point itself.
+  void texture(Surface& surface, const TraceRay& ray, bool seen) const;
+
+  Vec3f pixel_x{0}, pixel_y{0};  // from the camera's ray at hand, of length 1, to those of the next pixels
   std::vector<Crossing> crossings, shadow_crossings;
   std::vector<MediumStretch> stretches, shadow_stretches;
 };

@@ -22,7 +22,8 @@ struct Recursion {
 
   Vec3d seen(const TraceRay& ray, int depth, double share) {
     const Vec3f absorption = t.tracer.absorption(ray);
-    const Surface s = t.tracer.intersect(ray, t.crossings);
+    Surface s = t.tracer.intersect(ray, t.crossings);
+    t.texture(s, ray, vertex == 0);
     FogView fog;
     if (t.scene().has_media()) {
       media_along(t.tracer, ray, t.crossings, s.t, t.stretches);
@@ -39,7 +40,7 @@ struct Recursion {
     const uint32_t dimension = kVertexDimension + vertex++ * kDimensionsPerVertex;
     const int deepest = t.knobs().max_depth > 0 ? t.knobs().max_depth : kDeepest;
     if (depth < deepest && t.scene().materials()[s.block].finite) {
-      const world::Irradiance3 sky = sky_irradiance(t.scene().view().environment(), Vec3d(s.shading_normal));
+      const world::Irradiance3 sky = sky_irradiance(t.scene().sky(), Vec3d(s.shading_normal));
       // The share that is matte or glossy: all that is scattered, less what goes by impulses.
       Vec3d albedo(s.bsdf->probability_in(s.parameters, wo, s.shading_normal));
       const Impulses impulses = s.bsdf->incoming_impulses(s.parameters, wo, s.shading_normal);

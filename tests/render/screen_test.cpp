@@ -27,6 +27,8 @@ std::unique_ptr<RasterBackend> checked_raster() {
 /// With every surface where it is: coarser levels lie up to a pixel beside it.
 RenderKnobs exact_levels() {
   RenderKnobs knobs;
+  // Nor textures, whose filter knows the size of a pixel, and layers.
+  knobs.textures = TextureFilter::off, knobs.transparency = Transparency::opaque;
   knobs.lod_error_px = 0;
   return knobs;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>
 #include <nlohmann/json.hpp>
 

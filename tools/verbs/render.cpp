@@ -309,6 +309,7 @@ world::Result<int> run_render(RenderOptions options) {
   TRY_STATUS(choose_backend(options, world));
   TRY(const std::unique_ptr<render::Backend> backend, make_backend(options.backend));
   TRY(render::RenderKnobs knobs, choose_knobs(options, world.knobs));
+  TRY_STATUS(set_time_of_day(knobs, world));
   const bool exr = std::filesystem::path(options.output).extension() == ".exr";
   if (exr) knobs = render::without_display_effects(knobs);  // radiance is kept as it is
   TRY(std::vector<Shot> shots, choose_shots(options, world, first, last));

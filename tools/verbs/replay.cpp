@@ -1,4 +1,5 @@
-/// loam replay LOG: repeats what `loam sim --record` recorded, and compares the state at each of its marks.
+/// loam replay LOG: repeats what `loam sim --record` or `loam play --record` recorded, and compares the state at each
+/// of its marks.
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -9,6 +10,8 @@
 #include "sim/matter/matter.h"
 #include "tools/diff.h"
 #include "tools/json_text.h"
+#include "tools/picture.h"
+#include "tools/play/play_log.h"
 #include "tools/progress.h"
 #include "tools/recording.h"
 #include "tools/verb.h"
@@ -63,8 +66,33 @@ void print_places(const nlohmann::json& j) {
                 d["a"].dump().c_str(), d["b"].dump().c_str());
 }
 
+/// A session of `loam play --record`.
+world::Result<int> replay_session(const ReplayOptions& options) {
+  TRY(const PlayLog log, read_play_log(options.log));
+  TRY(const PlayReplay replay, replay_play(log));
+  const nlohmann::json j{{"log", options.log},
+                         {"scene", log.scene},
+                         {"marks", replay.marks},
+                         {"equal", replay.equal},
+                         {"same_until", replay.same_until},
+                         {"hash", hash_text(replay.hash)},
+                         {"recorded", hash_text(replay.recorded)}};
+  if (options.json)
+    std::cout << json_text(j) << '\n';
+  else if (replay.equal)
+    std::printf("%s: equal at %llu marks, to tick %llu: %s\n", options.log.c_str(),
+                static_cast<unsigned long long>(replay.marks), static_cast<unsigned long long>(replay.same_until),
+                hash_text(replay.hash).c_str());
+  else
+    std::printf("%s: equal to tick %llu, differs by tick %llu: %s, recorded %s\n", options.log.c_str(),
+                static_cast<unsigned long long>(replay.same_until), static_cast<unsigned long long>(replay.differs_by),
+                hash_text(replay.hash).c_str(), hash_text(replay.recorded).c_str());
+  return replay.equal ? 0 : static_cast<int>(world::ErrorKind::comparison);
+}
+
 world::Result<int> run_replay(const ReplayOptions& options) {
   const world::ThreadLimit limit(options.threads);
+  if (is_play_log(options.log)) return replay_session(options);
   TRY(const Recording recording, read_recording(options.log));
   TRY(const world::Scene scene, world::load_scene(recording.scene));
   world::ImportReport report;
@@ -128,8 +156,8 @@ world::Result<int> run_replay(const ReplayOptions& options) {
 
 void add_replay_verb(Command& command) {
   auto options = std::make_shared<ReplayOptions>();
-  CLI::App* verb = command.verb("replay", "repeat a recorded simulation and compare its states");
-  verb->add_option("LOG", options->log, "what `loam sim --record` wrote")->required();
+  CLI::App* verb = command.verb("replay", "repeat a recorded simulation, or session of play, and compare its states");
+  verb->add_option("LOG", options->log, "what `loam sim --record` or `loam play --record` wrote")->required();
   verb->add_option("-t,--threads", options->threads, "threads (default: all)");
   verb->add_flag("--json", options->json, "one JSON object on stdout");
   command.action(verb, [options] { return run_replay(*options); });

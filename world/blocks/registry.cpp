@@ -23,11 +23,16 @@
 ///   index_of_refraction = 1.0                  1 to 5; 1 where missing
 ///   ignition_k = 573                           K, > 0; does not burn where missing
 ///   proxy = "cross"                            shape drawn instead of the cube: the cube where missing
+///   texture = "speckle"                        how its albedo varies (render/textures); even where missing
+///   texture_contrast = 0.3                     the most that it varies by, over the albedo, 0 to 1; 0.3 where missing
+/// Textures belong to standard blocks alone: see block_texture.h.
 #include <algorithm>
+#include <map>
 
 #include "world/base/text.h"
 #include "world/base/toml_reader.h"
 #include "world/blocks/block.h"
+#include "world/blocks/block_texture.h"
 
 #include "block_files.h"
 
@@ -228,16 +233,57 @@ std::string_view BlockPalette::nearest_name(std::string_view name) const {
   return best->name;
 }
 
-Status add_blocks_from_toml(BlockPalette& palette, std::string_view text, const std::string& file_name) {
+namespace {
+
+using BlockTextures = std::map<std::string, BlockTexture, std::less<>>;
+
+/// `textures`: gains those of the blocks.
+Status add_blocks(BlockPalette& palette, std::string_view text, const std::string& file_name, BlockTextures& textures) {
   TRY(TomlDocument document, TomlDocument::parse(text, file_name));
   std::vector<Block> blocks;
   for (auto& [name, table] : document.root().tables()) {
     blocks.push_back(read_block(name, table));
+    BlockTexture texture;
+    if (table.read("texture", texture.kind)) {
+      texture.where = table.where("texture");
+      table.read("texture_contrast", texture.contrast, kShareRange);
+      textures[name] = texture;
+    }
     if (palette.find(name)) table.fail({}, "the block '" + name + "' is defined already; choose another name");
   }
   TRY_STATUS(document.finish());
   for (Block& block : blocks) TRY_STATUS(palette.add(std::move(block)));
   return {};
+}
+
+struct StandardBlocks {
+  BlockPalette palette;
+  BlockTextures textures;
+};
+const StandardBlocks& standard() {
+  static const StandardBlocks blocks = [] {
+    StandardBlocks all;
+    for (const EmbeddedText* file = block_files; file->name; ++file) {
+      const Status added = add_blocks(all.palette, file->text, file->name, all.textures);
+      if (!added.ok()) std::cerr << added.error().message << '\n';
+      CHECK(added.ok());
+    }
+    return all;
+  }();
+  return blocks;
+}
+
+}  // namespace
+
+Status add_blocks_from_toml(BlockPalette& palette, std::string_view text, const std::string& file_name) {
+  BlockTextures no_property_of_these;
+  return add_blocks(palette, text, file_name, no_property_of_these);
+}
+
+const BlockTexture* block_texture(std::string_view block_name) {
+  const BlockTextures& textures = standard().textures;
+  const auto found = textures.find(block_name);
+  return found == textures.end() ? nullptr : &found->second;
 }
 
 std::string toml_from_block(const Block& block) {
@@ -272,17 +318,6 @@ std::string toml_from_block(const Block& block) {
   return text;
 }
 
-const BlockPalette& standard_blocks() {
-  static const BlockPalette palette = [] {
-    BlockPalette blocks;
-    for (const EmbeddedText* file = block_files; file->name; ++file) {
-      const Status added = add_blocks_from_toml(blocks, file->text, file->name);
-      if (!added.ok()) std::cerr << added.error().message << '\n';
-      CHECK(added.ok());
-    }
-    return blocks;
-  }();
-  return palette;
-}
+const BlockPalette& standard_blocks() { return standard().palette; }
 
 }  // namespace world

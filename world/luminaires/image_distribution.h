@@ -24,6 +24,8 @@ class ImageDistribution {
   /// u.x chooses along the row, u.y the row, so that neighbours stay neighbours. Not for an empty one.
   Cell sample(glm::dvec2 u) const;
   double probability(int column, int row) const;
+  const std::vector<double>& row_sums() const { return rows_; }        // up to and with each row
+  const std::vector<double>& column_sums() const { return columns_; }  // within each row, up to and with each column
 
  private:
   int width_ = 0, height_ = 0;

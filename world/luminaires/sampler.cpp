@@ -112,7 +112,8 @@ std::span<const LuminaireKind> luminaire_members() {
   return kinds;
 }
 
-struct LuminaireSampler::State {
+/// One made ready.
+struct ReadyLuminaire {
   Luminaire luminaire;
   const Member* member = nullptr;
   Vec3d colour{0};             // in the unit of the member's keys
@@ -177,8 +178,9 @@ struct LuminaireSampler::State {
   EmittedPhoton emit_slide(Vec2d u) const;
   EmittedPhoton emit_sky(Vec2d u, Vec2d v, const SceneSphere& scene) const;
 };
+struct LuminaireSampler::State : ReadyLuminaire {};
 
-Status LuminaireSampler::State::build() {
+Status ReadyLuminaire::build() {
   for (const Member& m : kMembers)
     if (luminaire.kind == m.name) member = &m;
   if (!member) return input_error(luminaire.where + ": there is no luminaire of kind '" + luminaire.kind + "'");
@@ -195,7 +197,7 @@ Status LuminaireSampler::State::build() {
   return build_image();
 }
 
-Status LuminaireSampler::State::build_parts() {
+Status ReadyLuminaire::build_parts() {
   const Emitter whole = emitter_from(luminaire);
   if (!(member->keys & shared::kKeyFile)) {
     parts = {whole};
@@ -224,7 +226,7 @@ Status LuminaireSampler::State::build_parts() {
   return {};
 }
 
-Status LuminaireSampler::State::build_image() {
+Status ReadyLuminaire::build_image() {
   slide = member->keys & shared::kKeySlide, sky = member->keys & shared::kKeySky;
   if (!slide && !sky) return {};
   image = luminaire.light_image.get();
@@ -251,7 +253,7 @@ Status LuminaireSampler::State::build_image() {
 
 /// The total power by the midpoint rule, over parts of cells: 8 x 8 where the cone's edge cuts a cell or cells are few,
 /// else 2 x 2. error: relative 1e-3 from 32 x 32 pixels on
-void LuminaireSampler::State::build_slide() {
+void ReadyLuminaire::build_slide() {
   const Emitter& e = parts[0];
   const int width = image->width, height = image->height;
   std::vector<float> weights(image->pixels.size());
@@ -285,7 +287,7 @@ void LuminaireSampler::State::build_slide() {
   power = colour * total / (4 * kPi);
 }
 
-void LuminaireSampler::State::build_sky() {
+void ReadyLuminaire::build_sky() {
   const int width = image->width, height = image->height;
   for (int row = 0; row <= height; ++row) {
     const double cosine = row == 0 ? 1 : row == height ? -1 : std::cos(kPi * row / height);
@@ -308,13 +310,13 @@ void LuminaireSampler::State::build_sky() {
   cells = ImageDistribution(width, height, weights);
 }
 
-LuminaireSample LuminaireSampler::State::sample_sky(Vec2d u) const {
+LuminaireSample ReadyLuminaire::sample_sky(Vec2d u) const {
   if (cells.empty()) return {-luminaire.axis, kInfinity, {}, 0};
   const auto [direction, pdf] = sky_direction(u);
   return {Vec3f(direction), kInfinity, bands_from<Irradiance3>(colour * sky_at(direction) / pdf), bounded(pdf)};
 }
 
-EmittedPhoton LuminaireSampler::State::emit_slide(Vec2d u) const {
+EmittedPhoton ReadyLuminaire::emit_slide(Vec2d u) const {
   if (cells.empty()) return {Vec3d(0), Vec3f(parts[0].axis), {}};
   const Emitter& e = parts[0];
   const ImageDistribution::Cell cell = cells.sample(u);
@@ -328,7 +330,7 @@ EmittedPhoton LuminaireSampler::State::emit_slide(Vec2d u) const {
           bands_from<Power3>(colour * slide_at({place, 1}) * (intensity * cell_area / (r * r * r * cell.probability)))};
 }
 
-EmittedPhoton LuminaireSampler::State::emit_sky(Vec2d u, Vec2d v, const SceneSphere& scene) const {
+EmittedPhoton ReadyLuminaire::emit_sky(Vec2d u, Vec2d v, const SceneSphere& scene) const {
   if (cells.empty()) return {scene.centre, luminaire.axis, {}};
   const auto [sky_place, pdf] = sky_direction(v);
   const Vec3d direction = -sky_place;
@@ -407,5 +409,19 @@ bool LuminaireSampler::impulse() const {
   return !(state_->member->keys & (shared::kKeyRadiance));
 }
 const Luminaire& LuminaireSampler::luminaire() const { return state_->luminaire; }
+
+Result<LuminaireTables> luminaire_tables(const Luminaire& luminaire) {
+  ReadyLuminaire ready;
+  ready.luminaire = luminaire;
+  TRY_STATUS(ready.build());
+  LuminaireTables tables;
+  tables.number = static_cast<uint32_t>(ready.member - kMembers);
+  tables.keys = ready.member->keys;
+  tables.colour = ready.colour;
+  tables.parts = std::move(ready.parts), tables.areas = std::move(ready.areas), tables.area = ready.area;
+  tables.slide = ready.slide && ready.image, tables.sky = ready.sky;
+  if (tables.sky) tables.cells = ready.cells, tables.row_cosines = std::move(ready.row_cosines);
+  return tables;
+}
 
 }  // namespace world

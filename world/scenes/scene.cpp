@@ -13,6 +13,7 @@
 #include "world/gen/generator.h"
 #include "world/scenes/scene_reactions.h"
 #include "world/scenes/simulation_tables.h"
+#include "world/scenes/sky_light.h"
 #include "world/store/copies.h"
 #include "world/store/density_field.h"
 
@@ -155,6 +156,25 @@ void read_bands(TomlTable& table, const char* key, auto& bands) {
   if (table.read(key, std::span<float>(v), {.min = 0, .max = 1e9})) bands = {v[0], v[1], v[2]};
 }
 
+/// The sky of a time of day. Its setting goes to the knobs of pictures too, which show it itself.
+void read_time_of_day(TomlTable& root, TomlTable table, Scene& scene) {
+  SkySetting sky;
+  const bool timed = table.read("time_of_day", sky.time_of_day_h, {.min = 0, .max = 24});
+  table.read("latitude_deg", sky.latitude_deg, {.min = -90, .max = 90});
+  table.read("day_of_year", sky.day_of_year, {.min = 1, .max = 366});
+  table.read("turbidity", sky.turbidity, {.min = 2, .max = 10});
+  table.read("moon", sky.moon);
+  if (!timed) return table.fail("time_of_day", "an [environment] needs a time_of_day, in hours from 0 to 24");
+  if (root.has("sun") || root.has("sky"))
+    return table.fail("time_of_day", "time_of_day makes the sun and the sky: a scene has it, or [sun] and [sky]");
+  set_sky(scene.environment, SkyLight(sky));
+  scene.knobs.insert({{"time_of_day", fmt::format("{}", sky.time_of_day_h)},
+                      {"latitude", fmt::format("{}", sky.latitude_deg)},
+                      {"day_of_year", fmt::format("{}", sky.day_of_year)},
+                      {"turbidity", fmt::format("{}", sky.turbidity)},
+                      {"moon", sky.moon ? "true" : "false"}});
+}
+
 void read_environment(TomlTable root, Environment& environment) {
   root.read("temperature_k", environment.temperature.value, {.min = 0, .max = kHighestTemperature, .open_min = true});
   for (TomlTable sun : root.table("sun")) {
@@ -235,6 +255,7 @@ Result<Scene> parse_scene(std::string_view text, const std::string& name, const 
   for (TomlTable table : root.array_of_tables("mesh")) scene.meshes.push_back(read_mesh(table, offset, folder));
   for (TomlTable camera : root.array_of_tables("camera")) read_camera(camera, scene);
   for (const TomlTable& knobs : root.table("knobs")) read_knobs(knobs, scene.knobs);
+  for (const TomlTable& table : root.table("environment")) read_time_of_day(root, table, scene);
   for (const TomlTable& simulation : root.table("simulation")) read_simulation(simulation, scene.simulation);
   for (TomlTable table : root.array_of_tables("body")) scene.simulation.bodies.push_back(read_body(table, offset));
   for (TomlTable table : root.array_of_tables("particles"))

@@ -30,7 +30,8 @@ uint light_code(const ivec3 voxel, const uint face) {
   const uvec2 faces = uvec2(light_leaves[words], light_leaves[words + 1u]);
   if (((bit < 32u ? faces.x : faces.y) >> (bit & 31u) & 1u) == 0u) return kLightUnknown;
   const uint below = (1u << (bit & 31u)) - 1u;
-  const uint in_slice = bit < 32u ? uint(bitCount(faces.x & below)) : uint(bitCount(faces.x) + bitCount(faces.y & below));
+  const uint in_slice =
+      bit < 32u ? uint(bitCount(faces.x & below)) : uint(bitCount(faces.x) + bitCount(faces.y & below));
   const uint slot = face * 8u + slice;
   const uint before = light_leaves[at + kLightBefore + (slot >> 1)] >> ((slot & 1u) * 16u) & 0xffffu;
   return light_codes[light_leaves[at + kLightFirst] + before + in_slice];

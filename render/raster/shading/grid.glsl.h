@@ -36,12 +36,12 @@ int clear_cube(ivec3 voxel, int region) {
   return (word >> (index & 31u) & 1u) != 0u ? 0 : 1;
 }
 
-/// Whether nothing opaque lies between a point of a voxel and the sun. Distances are relative to the start, and each
-/// crossing is worked out from its integer plane; the start is the voxel in front of a face, so no bias is needed.
-bool sun_visible(const ivec3 start, const vec3 fraction) {
-  const vec3 sun = picture.sun.xyz;
-  const bvec3 up = greaterThanEqual(sun, vec3(0));
-  const vec3 inverse = 1.0 / sun;
+/// Whether nothing opaque lies along a direction up to t_max from a point of a voxel. Distances are relative to the
+/// start, and each crossing is worked out from its integer plane; the start is the voxel in front of a face, so no bias
+/// is needed.
+bool clear_between(const ivec3 start, const vec3 fraction, const vec3 direction, float t_max) {
+  const bvec3 up = greaterThanEqual(direction, vec3(0));
+  const vec3 inverse = 1.0 / direction;
   ivec3 voxel = start, region = voxel >> 7;
   int place = find_region(region);
   for (int steps = 0; steps < 16384; ++steps) {
@@ -51,9 +51,10 @@ bool sun_visible(const ivec3 start, const vec3 fraction) {
     const ivec3 low = voxel & ivec3(-size);
     const ivec3 planes = low + mix(ivec3(0), ivec3(size), up);
     vec3 t = (vec3(planes - start) - fraction) * inverse;
-    t = mix(t, vec3(1e30), equal(sun, vec3(0)));
+    t = mix(t, vec3(1e30), equal(direction, vec3(0)));
     const int axis = t.x <= t.y ? (t.x <= t.z ? 0 : 2) : (t.y <= t.z ? 1 : 2);
-    voxel = clamp(start + ivec3(floor(fraction + t[axis] * sun)), low, low + (size - 1));
+    if (!(t[axis] < t_max)) return true;
+    voxel = clamp(start + ivec3(floor(fraction + t[axis] * direction)), low, low + (size - 1));
     voxel[axis] = up[axis] ? planes[axis] : planes[axis] - 1;
     const ivec3 next = voxel >> 7;
     if (next != region) {
@@ -63,6 +64,11 @@ bool sun_visible(const ivec3 start, const vec3 fraction) {
     }
   }
   return true;
+}
+
+/// Whether nothing opaque lies between a point of a voxel and the sun.
+bool sun_visible(const ivec3 start, const vec3 fraction) {
+  return clear_between(start, fraction, picture.sun.xyz, 1e30);
 }
 
 #endif

@@ -43,8 +43,15 @@ vec3 shape_radiance(uvec2 seen, vec3 ray, float t) {
   if (kSunShadow == kSunShadowRay && visible) visible = sun_visible(cell, fraction);
   float sun = visible ? 1.0 : 0.0;
   if (kSunShadow == kSunShadowMap && visible) sun = sun_map_at(cell, fraction, axis);
-  light += sun * shape_lit[2u * lit + 1u].rgb;
-  return materials[2u * block].rgb * light + materials[2u * block + 1u].rgb * quads[at + 2u].w;
+  LitPoint p;
+  p.voxel = cell;
+  p.fraction = fraction;
+  p.normal = side;
+  p.to_eye = -normalize(ray);
+  if (kSkyRays > 0u) light *= open_sky(p);
+  const vec3 emitted = materials[2u * block + 1u].rgb * quads[at + 2u].w;
+  if (kBsdf) return emitted + scattered_light(p, scatterer_of(block), light, sun);
+  return materials[2u * block].rgb * (light + sun * shape_lit[2u * lit + 1u].rgb) + emitted;
 }
 
 #endif

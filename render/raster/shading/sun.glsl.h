@@ -4,17 +4,26 @@
 #include "render/light/sun_map.shared.h"
 #include "render/raster/shading/grid.glsl.h"
 
+layout(constant_id = kSpecSunMapFilter) const int kSunMapFilter = 1;
 layout(binding = kBindSunMap, std430) readonly buffer SunMap { float sun_map[]; };
+
+/// SunMap::lit_at()
+float sun_map_lit_at(const SunMapFrame frame, const vec2 at, const float reach) {
+  if (!(at.x >= 0.0 && at.y >= 0.0 && at.x < float(frame.size.x - 1) && at.y < float(frame.size.y - 1))) return 1.0;
+  const uint first = uint(at.y) * uint(frame.size.x) + uint(at.x), next = first + uint(frame.size.x);
+  return sun_map_lit(vec4(sun_map[first], sun_map[first + 1u], sun_map[next], sun_map[next + 1u]), fract(at), reach);
+}
 
 /// SunMap::lit()
 float sun_map_at(const ivec3 voxel, const vec3 fraction, const uint axis) {
   const SunMapFrame frame = SunMapFrame(picture.map_u, picture.map_v, picture.map_w, picture.map_low, picture.map_size);
   const vec3 place = sun_map_place(frame, vec3(voxel - frame.low.xyz) + fraction);
-  const vec2 at = place.xy - 0.5;
-  if (!(at.x >= 0.0 && at.y >= 0.0 && at.x < float(frame.size.x - 1) && at.y < float(frame.size.y - 1))) return 1.0;
-  const uint first = uint(at.y) * uint(frame.size.x) + uint(at.x), next = first + uint(frame.size.x);
-  const vec4 depths = vec4(sun_map[first], sun_map[first + 1u], sun_map[next], sun_map[next + 1u]);
-  return sun_map_lit(depths, fract(at), place.z - sun_map_bias(frame.w.w, abs(picture.sun[axis])));
+  const float reach = place.z - sun_map_filtered_bias(frame.w.w, abs(picture.sun[axis]), kSunMapFilter);
+  float sum = 0.0;
+  for (int j = 0; j < kSunMapFilter; ++j)
+    for (int i = 0; i < kSunMapFilter; ++i)
+      sum += sun_map_lit_at(frame, place.xy - 0.5 + (0.5 - 0.5 * float(kSunMapFilter)) + vec2(i, j), reach);
+  return sum / float(kSunMapFilter * kSunMapFilter);
 }
 
 #endif

@@ -2,14 +2,17 @@
 // layer of glass or by a ray, describes it as a FacePoint and calls face_radiance().
 #ifndef LOAM_RENDER_RASTER_SHADING_SURFACE_GLSL_H
 #define LOAM_RENDER_RASTER_SHADING_SURFACE_GLSL_H
+#include "render/raster/shading/direct.glsl.h"
 #include "render/raster/shading/face_light.glsl.h"
 #include "render/raster/shading/sun.glsl.h"
+#include "render/raster/shading/textures.glsl.h"
 
 struct FacePoint {
   uint block, face;
-  ivec3 front;    // the voxel in front of the face, of the world
-  vec3 fraction;  // the place in it, exactly on the face
-  vec3 to_eye;    // unit
+  ivec3 front;          // the voxel in front of the face, of the world
+  vec3 fraction;        // the place in it, exactly on the face
+  vec3 to_eye;          // unit
+  vec3 step_x, step_y;  // on the face's plane to what the next pixels see, m; 0 where that isn't known
 };
 
 /// The point where a ray from the camera's voxel meets a face: `hit` relative to that voxel, `plane` the face's own
@@ -19,6 +22,7 @@ FacePoint face_point(uint block, uint face, vec3 hit, int plane, vec3 to_eye) {
   p.block = block;
   p.face = face;
   p.to_eye = to_eye;
+  p.step_x = p.step_y = vec3(0.0);
   ivec3 start = ivec3(floor(hit));
   vec3 fraction = hit - vec3(start);
   const uint axis = face >> 1;
@@ -30,12 +34,41 @@ FacePoint face_point(uint block, uint face, vec3 hit, int plane, vec3 to_eye) {
   return p;
 }
 
+layout(constant_id = kSpecSkyRays) const uint kSkyRays = 0u;
+
 /// A coarser level's face may lie within what it stands for: from there to the voxel before it, `most` at most.
 void lift_point(inout FacePoint p, int most) {
-  if (kSunShadow != kSunShadowRay) return;
+  if (kSunShadow != kSunShadowRay && !kBsdf && kSkyRays == 0u) return;
   ivec3 step = ivec3(0);
   step[p.face >> 1] = (p.face & 1u) == 1u ? 1 : -1;
   for (int i = 0; i < most && clear_cube(p.front, find_region(p.front >> 7)) == 0; ++i) p.front += step;
+}
+
+/// The part of the sky that rays find open, as render/trace/direct.cpp casts them.
+float open_sky(const LitPoint p) {
+  const float side = p.normal.z >= 0.0 ? 1.0 : -1.0, k = -1.0 / (side + p.normal.z), xy = p.normal.x * p.normal.y * k;
+  const vec3 a = vec3(1.0 + side * p.normal.x * p.normal.x * k, side * xy, -side * p.normal.x);
+  const vec3 b = vec3(xy, side + p.normal.y * p.normal.y * k, -p.normal.y);
+  uint open = 0u;
+  for (uint i = 0u; i < kSkyRays; ++i) {
+    const vec2 u = sampler_two(kVertexDimension + kOcclusion, i, picture.light_samples.y == 0u);
+    const float r = sqrt(u.x), angle = 2.0 * 3.14159265 * u.y;
+    const vec3 direction = r * cos(angle) * a + r * sin(angle) * b + sqrt(1.0 - u.x) * p.normal;
+    if (clear_between(p.voxel, p.fraction, direction, picture.sun_irradiance.w)) ++open;
+  }
+  return float(open) / float(kSkyRays);
+}
+
+/// Of the sky (`lit`: radiance of an albedo of 1 under it), the sun as far as it arrives, and luminaires.
+vec3 scattered_light(const LitPoint p, const Scatterer s, vec3 lit, float sun) {
+  vec3 radiance = s.albedo * lit;
+  if (sun > 0.0) {
+    vec3 arrives = sun * picture.sun_irradiance.rgb * scattered_share(s, 0u, picture.sun.xyz, p.to_eye, p.normal);
+    if (kMedia) arrives *= media_transmittance(p.voxel, p.fraction, picture.sun.xyz, kMediumFar);
+    radiance += arrives;
+  }
+  if (kLuminaires) radiance += luminaires_at(p, s);
+  return radiance;
 }
 
 vec3 face_radiance(const FacePoint p) {
@@ -72,8 +105,36 @@ vec3 face_radiance(const FacePoint p) {
   }
   float sun = visible ? 1.0 : 0.0;
   if (kSunShadow == kSunShadowMap && visible) sun = sun_map_at(p.front, p.fraction, axis);
-  lit += sun * picture.sun_lit[face].rgb;
-  return materials[2u * p.block].rgb * lit + materials[2u * p.block + 1u].rgb;
+  LitPoint at;
+  at.voxel = p.front;
+  at.fraction = p.fraction;
+  at.normal = vec3(0.0);
+  at.normal[axis] = positive ? 1.0 : -1.0;
+  at.to_eye = p.to_eye;
+  if (kSkyRays > 0u) lit *= open_sky(at);
+  const vec3 emitted = materials[2u * p.block + 1u].rgb;
+  float factor = 1.0;
+  if (kTextures != kTextureOff) {
+    ivec3 voxel = p.front;
+    voxel[axis] -= positive ? 1 : -1;
+    factor = texture_factor(p.block, voxel, face, p.fraction, p.step_x, p.step_y);
+    if (kNormalDetail != 0.0)
+      at.normal = textured_normal(p.block, voxel, face, p.fraction, p.step_x, p.step_y, at.normal);
+  }
+  if (!kBsdf) {
+    vec3 albedo = materials[2u * p.block].rgb;
+    if (kTextures != kTextureOff) albedo *= factor;
+    vec3 sun_lit = picture.sun_lit[face].rgb;
+    if (kTextures != kTextureOff && kNormalDetail != 0.0)
+      sun_lit *= max(dot(at.normal, picture.sun.xyz), 0.0) / max(abs(picture.sun[axis]), 1e-6);
+    return albedo * (lit + sun * sun_lit) + emitted;
+  }
+  Scatterer scatterer = scatterer_of(p.block);
+  if (kTextures != kTextureOff) {
+    scatterer.albedo *= factor;
+    scatterer.parameters.lambertian *= factor;
+  }
+  return emitted + scattered_light(at, scatterer, lit, sun);
 }
 
 #endif

@@ -20,6 +20,7 @@ RenderKnobs map_of(float texel) {
   RenderKnobs knobs;
   knobs.sun_shadow = SunShadow::map;
   knobs.sun_map_texel = texel;
+  knobs.transparency = Transparency::opaque;  // shadows on what is seen, not on layers before it
   return knobs;
 }
 
@@ -41,7 +42,9 @@ double differing(const Image& a, const Image& b) {
 TEST(SunMap, TendsToTheShadowsOfRaysAsItsTexelsShrink) {
   const world::World w = hills();
   auto raycast = make_raycast_backend();
-  const Image exact = drawn(**raycast, w, RenderKnobs{});
+  RenderKnobs by_rays = map_of(1);
+  by_rays.sun_shadow = SunShadow::ray;
+  const Image exact = drawn(**raycast, w, by_rays);
   double before = 1;
   for (const float texel : {1.0f, 0.5f, 0.25f, 0.125f, 0.0625f}) {
     const double now = differing(drawn(**raycast, w, map_of(texel)), exact);
@@ -71,7 +74,7 @@ TEST(SunMap, IsMadeOnceAndAgainAfterAnEditAndGoesWhereNobodyAsks) {
   world::StoreRays rays;
   const auto follow = [&](float texel) {
     const world::WorldView view(w);
-    return map.follow(view, rays.stream(w.store, world::MaskKind::opaque), texel);
+    return map.follow(view, rays.stream(w.store, world::MaskKind::opaque), texel, w.environment.sun_direction);
   };
   ASSERT_TRUE(follow(0.5f).ok());
   const uint64_t first = map.version();

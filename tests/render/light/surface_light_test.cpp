@@ -338,6 +338,8 @@ TEST(SurfaceLight, BothBackendsShowTheSameLight) {
         for (const SunShadow shadow : {SunShadow::none, SunShadow::sky_light}) {
           if (shadow == SunShadow::sky_light && model != LightModel::flood_rgb) continue;
           RenderKnobs knobs;
+          // Light on what is seen: not on layers before it, nor how textures are filtered, nor on coarser levels.
+          knobs.transparency = Transparency::opaque, knobs.textures = TextureFilter::off, knobs.lod_error_px = 0;
           knobs.light_model = model;
           knobs.light_interpolation = interpolation;
           knobs.corner_occlusion = corners;

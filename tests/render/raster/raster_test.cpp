@@ -54,6 +54,7 @@ class CheckedRaster {
 
 RenderKnobs with(FaceEdges edges, bool merge, SunShadow shadow = SunShadow::none) {
   RenderKnobs knobs;
+  knobs.textures = TextureFilter::off;  // what a pixel sees is told by its colour
   knobs.face_edges = edges;
   knobs.merge_faces = merge;
   knobs.sun_shadow = shadow;

@@ -70,7 +70,7 @@ double share_within(const Image& a, const Image& b, int levels) {
   return 3.0 * static_cast<double>(within) / static_cast<double>(x.pixels.size());
 }
 
-class Shapes : public testing::Test {
+class ShapesOfBlocks : public testing::Test {
  protected:
   void SetUp() override {
     auto made = make_raster({.validation = true});
@@ -85,8 +85,9 @@ class Shapes : public testing::Test {
       EXPECT_EQ(raster_->messages(), std::vector<std::string>{});
     }
   }
-  static Frame frame(Backend& backend, const world::World& w, const Camera& camera, const RenderKnobs& knobs = {}) {
+  static Frame frame(Backend& backend, const world::World& w, const Camera& camera, RenderKnobs knobs = {}) {
     const world::WorldView view(w);
+    knobs.transparency = Transparency::opaque, knobs.textures = TextureFilter::off;  // those are other tests'
     auto drawn = backend.render(view, camera, knobs, kWidth, kHeight);
     EXPECT_TRUE(drawn.ok()) << (drawn.ok() ? "" : drawn.error().message);
     return drawn.ok() ? std::move(*drawn) : Frame{Image(kWidth, kHeight), {}};
@@ -96,7 +97,7 @@ class Shapes : public testing::Test {
 };
 
 /// The bound of the project: 99.9 % of pixels within 2/255.
-TEST_F(Shapes, AreDrawnAsTheyAreTraced) {
+TEST_F(ShapesOfBlocks, AreDrawnAsTheyAreTraced) {
   const world::World w = garden();
   world::World lit = garden();
   world::Luminaire spark;  // that no picture shows
@@ -119,14 +120,14 @@ TEST_F(Shapes, AreDrawnAsTheyAreTraced) {
   }
 }
 
-TEST_F(Shapes, FarOutLookTheSame) {
+TEST_F(ShapesOfBlocks, FarOutLookTheSame) {
   constexpr world::VoxelPos kFar{10'000'000, 0, -10'000'000};
   const Image near = frame(*raster_, garden(), garden_cameras()[0].camera).image;
   const Image far = frame(*raster_, garden(kFar), garden_cameras(kFar)[0].camera).image;
   EXPECT_EQ(std::memcmp(near.pixels.data(), far.pixels.data(), near.pixels.size() * sizeof(Rgb)), 0);
 }
 
-TEST_F(Shapes, AfterEditsThePictureIsThatOfAFreshBackend) {
+TEST_F(ShapesOfBlocks, AfterEditsThePictureIsThatOfAFreshBackend) {
   world::World w = garden();
   const Camera camera = garden_cameras()[0].camera;
   frame(*raster_, w, camera);
@@ -145,7 +146,7 @@ TEST_F(Shapes, AfterEditsThePictureIsThatOfAFreshBackend) {
   }
 }
 
-TEST_F(Shapes, AWorldThatLosesItsLastShapeAndGetsOneAgainIsDrawn) {
+TEST_F(ShapesOfBlocks, AWorldThatLosesItsLastShapeAndGetsOneAgainIsDrawn) {
   world::World w(world::standard_blocks());
   world::EditBatch floor, torch, nothing;
   floor.fill({{-8, -1, -8}, {8, -1, 8}}, block(w, "stone"));
@@ -167,7 +168,7 @@ TEST_F(Shapes, AWorldThatLosesItsLastShapeAndGetsOneAgainIsDrawn) {
       0);
 }
 
-TEST_F(Shapes, WhatTouchesACubeOrGoesOnInAShapeIsNotDrawn) {
+TEST_F(ShapesOfBlocks, WhatTouchesACubeOrGoesOnInAShapeIsNotDrawn) {
   world::World w(world::standard_blocks());
   world::EditBatch batch;
   const world::BlockId slab = shaped(w, "slab_bottom", {0.5f, 0.5f, 0.5f}),
@@ -186,7 +187,7 @@ TEST_F(Shapes, WhatTouchesACubeOrGoesOnInAShapeIsNotDrawn) {
   EXPECT_EQ(shapes.instances(), 3u);
 }
 
-TEST_F(Shapes, AWorldWithoutThemHasNoWorkForThem) {
+TEST_F(ShapesOfBlocks, AWorldWithoutThemHasNoWorkForThem) {
   const world::World w = hills();
   const world::WorldView view(w);
   ShapeExtractor shapes;

@@ -100,7 +100,14 @@ Image brute_force(const World& world, const Camera& camera, const RenderKnobs& k
   return image;
 }
 
-const RenderKnobs kUsual;
+/// Colours of faces are told by equality.
+RenderKnobs untextured() {
+  RenderKnobs knobs;
+  knobs.textures = TextureFilter::off;
+  knobs.transparency = Transparency::opaque;
+  return knobs;
+}
+const RenderKnobs kUsual = untextured();
 
 TEST(Raycast, EqualsTheFlatWalkPixelByPixel) {
   const World world = small_world();
@@ -121,7 +128,7 @@ TEST(Raycast, EqualsTheFlatWalkPixelByPixel) {
     }
   for (const Camera& camera : views)
     for (const SunShadow shadow : {SunShadow::none, SunShadow::ray}) {
-      RenderKnobs knobs;
+      RenderKnobs knobs = untextured();
       knobs.sun_shadow = shadow;
       knobs.view_distance = 1e9f;
       const Image expected = brute_force(world, camera, knobs, 83, 61);

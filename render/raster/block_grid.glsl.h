@@ -1,0 +1,178 @@
+// Rays through the grid of blocks (render/raster/block_grid.h): what a bent or mirrored ray shows, and how far a ray
+// runs within one block.
+#ifndef LOAM_RENDER_RASTER_BLOCK_GRID_GLSL_H
+#define LOAM_RENDER_RASTER_BLOCK_GRID_GLSL_H
+#include "render/bsdf/directions.shared.h"
+#include "render/raster/transparency.glsl.h"
+
+layout(binding = kBindBlockRegions, std430) readonly buffer BlockRegions { ivec4 block_regions[]; };
+layout(binding = kBindBlockLeaves, std430) readonly buffer BlockLeaves { uint block_leaves[]; };
+layout(binding = kBindBlockIds, std430) readonly buffer BlockIds { uint block_ids[]; };
+layout(binding = kBindBlockKinds, std430) readonly buffer BlockKinds { uint block_kinds[]; };
+
+int find_block_region(ivec3 region) {
+  const uint last = uint(layers.eye.z);
+  for (uint i = region_hash(region.x, region.y, region.z);; ++i) {
+    const ivec4 entry = block_regions[i & last];
+    if (entry.w == 0) return -1;
+    if (entry.xyz == region) return entry.w - 1;
+  }
+}
+
+/// The block of a voxel, and the size of the aligned cube around it that is known to be all of that block.
+uint block_at(ivec3 voxel, int region, out int size) {
+  size = 128;
+  if (region < 0) return 0u;
+  const ivec3 leaf = voxel >> 3 & 15, group = leaf >> 2;
+  const uint first = uint(region) * 4098u, bit = uint(group.x * 16 + group.y * 4 + group.z);
+  size = 32;
+  if ((block_leaves[first + (bit >> 5u)] >> (bit & 31u) & 1u) == 0u) return 0u;
+  const uint word = block_leaves[first + 2u + uint(leaf.x * 256 + leaf.y * 16 + leaf.z)];
+  size = 8;
+  if ((word & kBlockUniform) != 0u) return word & 0xffffu;
+  size = 1;
+  const ivec3 v = voxel & 7;
+  const uint index = uint(v.x * 64 + v.y * 8 + v.z);
+  return block_ids[word * 256u + (index >> 1u)] >> ((index & 1u) * 16u) & 0xffffu;
+}
+
+/// A walk from a point of a voxel. Distances are relative to that start; each crossing follows from its integer plane.
+struct BlockWalk {
+  ivec3 start, voxel, region;
+  vec3 fraction, direction;  // unit, so that t is in m
+  int place;                 // of the region
+  float t;
+  int axis;  // of the last crossing; -1 at the start
+};
+
+BlockWalk begin_walk(ivec3 voxel, vec3 fraction, vec3 direction) {
+  BlockWalk w;
+  w.start = w.voxel = voxel;
+  w.region = voxel >> 7;
+  w.fraction = fraction;
+  w.direction = direction;
+  w.place = find_block_region(w.region);
+  w.t = 0.0;
+  w.axis = -1;
+  return w;
+}
+
+/// Leaves the aligned cube of this size around the voxel. False: out of all regions.
+bool leave_cube(inout BlockWalk w, int size) {
+  const bvec3 up = greaterThanEqual(w.direction, vec3(0));
+  const ivec3 low = w.voxel & ivec3(-size);
+  const ivec3 planes = low + mix(ivec3(0), ivec3(size), up);
+  vec3 t = (vec3(planes - w.start) - w.fraction) / w.direction;
+  t = mix(t, vec3(1e30), equal(w.direction, vec3(0)));
+  w.axis = t.x <= t.y ? (t.x <= t.z ? 0 : 2) : (t.y <= t.z ? 1 : 2);
+  w.t = max(t[w.axis], w.t);
+  w.voxel = clamp(w.start + ivec3(floor(w.fraction + w.t * w.direction)), low, low + (size - 1));
+  w.voxel[w.axis] = up[w.axis] ? planes[w.axis] : planes[w.axis] - 1;
+  const ivec3 next = w.voxel >> 7;
+  if (next != w.region) {
+    if (any(lessThan(next, layers.region_min.xyz)) || any(greaterThan(next, layers.region_max.xyz))) {
+      // Outside: on only while the ray may still come in.
+      const bvec3 away = bvec3((next.x < layers.region_min.x && !up.x) || (next.x > layers.region_max.x && up.x),
+                               (next.y < layers.region_min.y && !up.y) || (next.y > layers.region_max.y && up.y),
+                               (next.z < layers.region_min.z && !up.z) || (next.z > layers.region_max.z && up.z));
+      if (any(away)) return false;
+    }
+    w.region = next;
+    w.place = find_block_region(next);
+  }
+  return true;
+}
+
+/// The point of the last crossing, seen from the side the walk comes from.
+FacePoint crossed_point(BlockWalk w, uint block) {
+  FacePoint p;
+  const bool up = w.direction[w.axis] >= 0.0;
+  p.block = block;
+  p.face = 2u * uint(w.axis) + (up ? 0u : 1u);
+  p.front = w.voxel;
+  p.front[w.axis] += up ? -1 : 1;
+  p.fraction = clamp(w.fraction + w.t * w.direction - vec3(p.front - w.start), vec3(0), vec3(1));
+  p.fraction[w.axis] = up ? 1.0 : 0.0;
+  p.to_eye = -w.direction;
+  p.step_x = p.step_y = vec3(0);
+  return p;
+}
+
+/// How far a ray runs from a point of a voxel until the kind changes, m.
+float run_length(ivec3 voxel, vec3 fraction, vec3 direction, uint kind) {
+  BlockWalk w = begin_walk(voxel, fraction, direction);
+  for (int steps = 0; steps < 4096; ++steps) {
+    int size;
+    if (block_kinds[2u * block_at(w.voxel, w.place, size)] != kind) return w.t;
+    if (!leave_cube(w, size)) return 1e30;
+  }
+  return w.t;
+}
+
+/// What a ray shows that starts in a medium, as the eye sees it: surfaces shaded by face_radiance(), layers before them
+/// straight on, or with `bends` refracted by Snell's law. What layers mirror is the sky.
+vec3 followed_radiance(ivec3 voxel, vec3 fraction, vec3 direction, uint medium, bool bends) {
+  vec3 added = vec3(0), through = vec3(1);
+  const float n_eye = layer_blocks[medium].absorption.w;
+  float last = 0.0;
+  BlockWalk w = begin_walk(voxel, fraction, direction);
+  int interfaces = 0;
+  for (int steps = 0; steps < 4096; ++steps) {
+    int size;
+    const uint block = block_at(w.voxel, w.place, size), kind = block_kinds[2u * block];
+    if (kind != medium && w.axis < 0) {
+      // The start is rounded into another block: nothing lies between.
+      if (kind == kKindSolid) return added;
+      medium = kind;
+    } else if (kind != medium) {
+      through *= absorbed_along(layer_blocks[medium].absorption.xyz, w.t - last);
+      last = w.t;
+      if (kind == kKindSolid)
+        return added + through *
+                           radiance_scale(layer_blocks[layers.eye.x].absorption.w, layer_blocks[medium].absorption.w) *
+                           face_radiance(crossed_point(w, block));
+      const uint owner = max(kind, medium);  // kinds are in the order of ids
+      const SeeThroughBlock of = layer_blocks[owner];
+      const float n_near = layer_blocks[medium].absorption.w, n_far = layer_blocks[kind].absorption.w;
+      const InterfaceShares shares =
+          interface_shares(of, bends ? n_near : n_eye, n_near, n_far, abs(w.direction[w.axis]));
+      vec3 mirrored = w.direction;
+      mirrored[w.axis] = -mirrored[w.axis];
+      const bool total =
+          bends && n_near != n_far && of.matte.w == float(kSeeThroughDielectric) && shares.passed == vec3(0);
+      if (!total) added += through * shares.mirrored * sky_radiance(mirrored);
+      if (kLayerMatte && shares.matte > 0.0)
+        added += through * shares.matte * face_radiance(crossed_point(w, uint(of.block.x)));
+      else if (owner == kind)
+        added += through * of.emitted.xyz;
+      if (++interfaces > 32) return added;
+      if (bends && n_near != n_far) {
+        const FacePoint at = crossed_point(w, block);
+        vec3 normal = vec3(0);
+        normal[w.axis] = w.direction[w.axis] >= 0.0 ? -1.0 : 1.0;
+        if (total) {
+          w = begin_walk(at.front, at.fraction, mirrored);
+        } else {
+          const vec3 bent = refracted_direction(-w.direction, normal, n_far / n_near);
+          ivec3 beyond = w.voxel;
+          vec3 place = at.fraction;
+          place[w.axis] = 1.0 - place[w.axis];
+          w = begin_walk(beyond, place, bent);
+          through *= shares.passed;
+          medium = kind;
+        }
+        last = 0.0;
+        continue;
+      }
+      through *= shares.passed;
+      medium = kind;
+      if (all(lessThan(through, vec3(1e-3)))) return added;
+    }
+    if (!leave_cube(w, size)) break;
+  }
+  through *= absorbed_along(layer_blocks[medium].absorption.xyz, 1e30);
+  return added + through * radiance_scale(layer_blocks[layers.eye.x].absorption.w, layer_blocks[medium].absorption.w) *
+                     sky_radiance(w.direction);
+}
+
+#endif

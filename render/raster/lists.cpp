@@ -1,0 +1,156 @@
+/// transparency=lists: every interface goes into a list of its pixel, and a compute pass puts them in exact order.
+///
+///   heads  [pixels] uint          1 + place of the last node
+///   nodes  [n] 3 uint             the node before, the interface, its plane; 12 bytes a layer of a pixel
+/// Where the nodes don't fit, they are counted, and the picture is drawn again with room for them. Beyond what a buffer
+/// of the device holds they are dropped; row "transparency_dropped" says how many.
+/// source  Jason Yang, Justin Hensley, Holger Gruen, Nicolas Thibieroz. Real-Time Concurrent Linked List Construction
+///         on the GPU. 2010
+#include <algorithm>
+
+#include "render/raster/transparency_pass.h"
+
+#include "lists.comp.spv.h"
+#include "lists.frag.spv.h"
+#include "transparency.vert.spv.h"
+
+namespace render::raster {
+
+namespace {
+
+constexpr uint32_t kNodeBytes = 12;
+
+class ListOrder : public LayerOrder {
+ public:
+  world::Status fit(PassContext& context) override {
+    behind_ = {};
+    TRY(heads_,
+        gpu::make_image(context.device, context.targets.extent(), VK_FORMAT_R32_UINT,
+                        VK_IMAGE_USAGE_STORAGE_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT, VK_IMAGE_ASPECT_COLOR_BIT));
+    TRY(count_, gpu::make_buffer(context.device, sizeof(uint32_t),
+                                 VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+                                 gpu::MemoryUse::readback));
+    const VkExtent2D extent = context.targets.extent();
+    most_ = context.device.limits().maxStorageBufferRange / kNodeBytes;
+    wanted_ = std::clamp(extent.width * extent.height, 4096u, most_);
+    return {};
+  }
+
+  world::Status prepare(PassContext& context, const Drawing& drawing, const LayerDraws&,
+                        LayerConstants& constants) override {
+    if (!nodes_.handle || nodes_.size < uint64_t{wanted_} * kNodeBytes) {
+      nodes_ = {};
+      TRY(nodes_, gpu::make_buffer(context.device, uint64_t{wanted_} * kNodeBytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                                   gpu::MemoryUse::device));
+    }
+    constants.eye.y = static_cast<int>(wanted_);
+    const auto all =
+        layer_constants(drawing, {{kSpecCoveragePattern, static_cast<uint32_t>(drawing.knobs.coverage_pattern)},
+                                  {kSpecRefraction, static_cast<uint32_t>(drawing.knobs.refraction)},
+                                  {kSpecReflection, static_cast<uint32_t>(drawing.knobs.reflection)}});
+    if (!list_ || !equal_constants(all, made_for_)) {
+      TRY(list_,
+          make_graphics(context.device, transparency_vert_spv, lists_frag_spv,
+                        {.depth = kDepthFormat, .depth_write = false, .depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL},
+                        all));
+      TRY(resolve_, make_compute(context.device, lists_comp_spv, all));
+      made_for_ = all;
+    }
+    copies_ = drawing.knobs.refraction == Refraction::screen || drawing.knobs.reflection == Reflection::screen;
+    if (!copies_) {
+      behind_ = {};
+      context.bindings.unbind(kBindBehind);
+    } else if (!behind_.handle) {
+      TRY(behind_,
+          gpu::make_image(context.device, context.targets.extent(), kColourFormat,
+                          VK_IMAGE_USAGE_STORAGE_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT, VK_IMAGE_ASPECT_COLOR_BIT));
+    }
+    if (copies_) context.bindings.bind(kBindBehind, behind_);
+    TRY_STATUS(prepare_mirror(context, drawing, constants));
+    context.bindings.bind(kBindLayerHeads, heads_);
+    context.bindings.bind(kBindLayerNodes, nodes_);
+    context.bindings.bind(kBindLayerCount, count_);
+    return {};
+  }
+
+  void record(VkCommandBuffer commands, PassContext& context, const Drawing&, const LayerDraws& draws) override {
+    image_discard(commands, heads_.handle, VK_IMAGE_ASPECT_COLOR_BIT, kComputeRead, kClearWrite);
+    const VkClearColorValue none{};
+    const VkImageSubresourceRange all{VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
+    vkCmdClearColorImage(commands, heads_.handle, VK_IMAGE_LAYOUT_GENERAL, &none, 1, &all);
+    vkCmdFillBuffer(commands, count_.handle, 0, sizeof(uint32_t), 0);
+    memory_barrier(commands, kClearWrite, kFragmentReadWrite);
+    begin_rendering(commands, context.targets, {}, context.targets.depth.view, false);
+    draws.record(commands, context, list_);
+    vkCmdEndRendering(commands);
+    memory_barrier(commands, kFragmentReadWrite, kComputeRead | kHostRead);
+    context.times.mark(commands, "transparency_resolve");
+    if (copies_) copy_behind(commands, context.targets);
+    context.bindings.use(commands, resolve_);
+    dispatch_pixels(commands, context.targets.extent());
+  }
+
+  world::Status finish(PassContext&, FrameReport& report) override {
+    const uint32_t asked = *reinterpret_cast<const uint32_t*>(count_.mapped());
+    row_of(report, "transparency_resolve").bytes = uint64_t{asked} * kNodeBytes;
+    again_ = asked > wanted_ && wanted_ < most_;
+    if (asked > wanted_ && !again_) report.passes.push_back({"transparency_dropped", 0, asked - wanted_, 0});
+    if (again_) wanted_ = static_cast<uint32_t>(std::min<uint64_t>(most_, uint64_t{asked} + asked / 4));
+    return {};
+  }
+  bool again() const override { return again_; }
+  bool needs_block_grid(const Drawing& drawing) const override {
+    return drawing.knobs.refraction == Refraction::traced || drawing.knobs.reflection == Reflection::traced;
+  }
+
+ private:
+  static constexpr Access kFragmentReadWrite{
+      VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
+      VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT};
+
+  world::Status prepare_mirror(PassContext& context, const Drawing& drawing, LayerConstants& constants) {
+    const MirrorPicture* mirror = drawing.mirrored;
+    if (!mirror) {
+      mirrored_ = {};
+      context.bindings.unbind(kBindMirrored);
+      return {};
+    }
+    TRY_STATUS(context.fill(mirrored_, mirror->image.pixels.data(), mirror->image.pixels.size() * sizeof(Rgb),
+                            VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
+    context.bindings.bind(kBindMirrored, mirrored_);
+    const int axis = mirror->plane.axis;
+    const PixelRays rays(mirror->camera, drawing.width, drawing.height);
+    const auto row = [](const Vec3d& v) { return vec4(glm::vec3(v), 0); };
+    constants.mirror = ivec4(axis, mirror->plane.plane - drawing.camera.position.voxel[axis], 0, 0);
+    constants.mirror_x = row(rays.right / rays.tan_half_x);
+    constants.mirror_y = row(-rays.up / rays.tan_half_y);
+    constants.mirror_w = row(rays.forward);
+    return {};
+  }
+
+  /// Pixels read what others have before their layers are added.
+  void copy_behind(VkCommandBuffer commands, const Targets& targets) {
+    image_discard(commands, behind_.handle, VK_IMAGE_ASPECT_COLOR_BIT, kComputeRead, kCopyWrite);
+    image_barrier(commands, targets.colour.handle, VK_IMAGE_ASPECT_COLOR_BIT, kComputeReadWrite, kCopyRead);
+    VkImageCopy all{};
+    all.srcSubresource = all.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+    all.extent = {targets.extent().width, targets.extent().height, 1};
+    vkCmdCopyImage(commands, targets.colour.handle, VK_IMAGE_LAYOUT_GENERAL, behind_.handle, VK_IMAGE_LAYOUT_GENERAL, 1,
+                   &all);
+    image_barrier(commands, behind_.handle, VK_IMAGE_ASPECT_COLOR_BIT, kCopyWrite, kComputeRead);
+    image_barrier(commands, targets.colour.handle, VK_IMAGE_ASPECT_COLOR_BIT, kCopyRead, kComputeReadWrite);
+  }
+
+  Pipeline list_, resolve_;
+  std::vector<Constant> made_for_;
+  gpu::DeviceImage heads_, behind_;
+  gpu::Buffer nodes_, count_, mirrored_;
+  uint32_t wanted_ = 0, most_ = 0;  // nodes
+  bool again_ = false, copies_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<LayerOrder> make_list_order() { return std::make_unique<ListOrder>(); }
+
+}  // namespace render::raster

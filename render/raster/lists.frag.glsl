@@ -1,0 +1,31 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Adds an interface to the list of its pixel.
+#include "render/raster/raster.shared.h"
+#include "render/raster/rectangle_test.glsl.h"
+#include "render/raster/transparency.shared.h"
+
+layout(early_fragment_tests) in;
+layout(constant_id = kSpecExactEdges) const bool kExactEdges = true;
+layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
+layout(binding = kBindLayerConstants) uniform Layers { LayerConstants layers; };
+layout(binding = kBindLayerHeads, r32ui) uniform uimage2D heads;
+layout(binding = kBindLayerNodes, std430) writeonly buffer Nodes { uint nodes[]; };
+layout(binding = kBindLayerCount, std430) buffer Count { uint count; };
+
+layout(location = 0) flat in uvec2 seen;
+layout(location = 1) flat in vec4 rectangle;
+
+void main() {
+  if (kExactEdges) {
+    const vec3 ray = picture.corner.xyz + gl_FragCoord.x * picture.step_x.xyz + gl_FragCoord.y * picture.step_y.xyz;
+    const uint axis = seen.x >> 14u & 3u;
+    const vec3 offsets = float(int(seen.y)) - picture.fraction.xyz - picture.fraction_rest.xyz;
+    if (!meets_rectangle(axis, axis == 0u ? offsets.x : axis == 1u ? offsets.y : offsets.z, rectangle, ray)) return;
+  }
+  const uint node = atomicAdd(count, 1u);
+  if (node >= uint(layers.eye.y)) return;  // counted: the next try has room
+  nodes[3u * node] = imageAtomicExchange(heads, ivec2(gl_FragCoord.xy), node + 1u);
+  nodes[3u * node + 1u] = seen.x;
+  nodes[3u * node + 2u] = seen.y;
+}

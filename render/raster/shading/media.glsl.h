@@ -1,0 +1,148 @@
+// Fog along a ray: fog_along() and transmittance() of render/trace/volumes.h, by the same closed forms; density grids
+// by equal steps at whose middles the density is taken.
+#ifndef LOAM_RENDER_RASTER_SHADING_MEDIA_GLSL_H
+#define LOAM_RENDER_RASTER_SHADING_MEDIA_GLSL_H
+#include "render/raster/shading/lighting.glsl.h"
+#include "world/media/every_medium.shared.h"
+
+MediumShape medium_shape(uint at) {
+  MediumShape m;
+  m.half_extent = lighting_vec3(at + kMedHalfExtent);
+  m.normal = lighting_vec3(at + kMedNormal);
+  m.scale_height = lighting_float(at + kMedScale);
+  return m;
+}
+
+/// The record of one medium, and the start of a ray relative to its position.
+struct NearMedium {
+  uint at, kind;
+  vec3 origin;
+};
+NearMedium near_medium(uint number, ivec3 voxel, vec3 fraction) {
+  NearMedium m;
+  m.at = picture.media.x + number * kMediumWords;
+  m.kind = lighting[m.at + kMedKind];
+  m.origin = fraction - lighting_place(m.at + kMedVoxel, voxel);
+  return m;
+}
+
+vec2 grid_span(uint at, vec3 origin, vec3 direction) {
+  const float size = lighting_float(at + kMedScale);
+  const vec3 low = lighting_vec3(at + kMedLow) * size, high = lighting_vec3(at + kMedHigh) * size;
+  vec2 span = medium_everywhere();
+  for (int a = 0; a < 3; ++a) {
+    const float to_low = low[a] - origin[a], to_high = high[a] - origin[a];
+    if (direction[a] == 0.0) {
+      if (to_low > 0.0 || to_high < 0.0) return medium_nowhere();
+      continue;
+    }
+    const float x = to_low / direction[a], y = to_high / direction[a];
+    span = vec2(max(span.x, min(x, y)), min(span.y, max(x, y)));
+  }
+  return span;
+}
+
+/// A voxel's sample.
+float grid_sample(uint table, ivec3 low, ivec3 size, ivec3 voxel) {
+  const ivec3 leaf = (voxel >> 3) - low;
+  if (any(lessThan(leaf, ivec3(0))) || any(greaterThanEqual(leaf, size))) return 0.0;
+  const uint brick = lighting[table + 6u + uint((leaf.x * size.y + leaf.y) * size.z + leaf.z)];
+  if (brick == 0u) return 0.0;
+  const ivec3 v = voxel & 7;
+  return lighting_float(brick + uint(v.x * 64 + v.y * 8 + v.z));
+}
+
+float grid_density(uint at, vec3 voxels) {
+  const uint table = lighting[at + kMedLeaves];
+  const ivec3 low = lighting_ivec3(table), size = lighting_ivec3(table + 3u);
+  if (lighting[at + kMedTrilinear] == 0u) return grid_sample(table, low, size, ivec3(floor(voxels)));
+  const vec3 shifted = voxels - 0.5, base = floor(shifted), f = shifted - base;
+  const ivec3 v = ivec3(base);
+  float sum = 0.0;
+  for (int i = 0; i < 8; ++i) {
+    const ivec3 corner = ivec3(i & 1, i >> 1 & 1, i >> 2);
+    const vec3 w = mix(1.0 - f, f, vec3(corner));
+    const float weight = w.x * w.y * w.z;
+    if (weight > 0.0) sum += weight * grid_sample(table, low, size, v + corner);
+  }
+  return sum;
+}
+
+vec2 span_of(const NearMedium m, vec3 direction) {
+  if (m.kind == kMediumDensityGrid) return grid_span(m.at, m.origin, direction);
+  return medium_span(m.kind, medium_shape(m.at), m.origin, direction);
+}
+
+/// The integral of the density over [t0, t1], m.
+float depth_of(const NearMedium m, vec3 direction, float t0, float t1) {
+  if (m.kind != kMediumDensityGrid) return medium_depth(m.kind, medium_shape(m.at), m.origin, direction, t0, t1);
+  const vec2 span = grid_span(m.at, m.origin, direction);
+  t0 = max(t0, span.x);
+  t1 = min(t1, span.y);
+  if (!(t0 < t1)) return 0.0;
+  const float inverse = 1.0 / lighting_float(m.at + kMedScale);
+  const uint steps = picture.media.z;
+  const float stretch = (t1 - t0) / float(steps);
+  float sum = 0.0;
+  for (uint i = 0u; i < steps; ++i)
+    sum += grid_density(m.at, (m.origin + (t0 + (float(i) + 0.5) * stretch) * direction) * inverse);
+  return sum * stretch;
+}
+
+vec3 attenuation(vec3 sigma, float depth) {
+  return vec3(beer_lambert(sigma.x, depth), beer_lambert(sigma.y, depth), beer_lambert(sigma.z, depth));
+}
+
+/// What passes from a point along a direction up to t_end.
+vec3 media_transmittance(ivec3 voxel, vec3 fraction, vec3 direction, float t_end) {
+  vec3 passed = vec3(1.0);
+  for (uint i = 0u; i < picture.media.y; ++i) {
+    const NearMedium m = near_medium(i, voxel, fraction);
+    passed *= attenuation(lighting_vec3(m.at + kMedExtinction), depth_of(m, direction, 0.0, t_end));
+  }
+  return passed;
+}
+
+/// What is seen through the media and of them alone: value multiplies what lies behind.
+struct FogView {
+  vec3 value, added;
+};
+FogView fog_along(ivec3 voxel, vec3 fraction, vec3 direction, float t_end) {
+  FogView view;
+  view.value = vec3(1.0);
+  view.added = vec3(0.0);
+  // Between the ends of stretches the set of media is the same.
+  float t = 0.0;
+  for (uint part = 0u; part <= 2u * picture.media.y && t < t_end; ++part) {
+    float next = t_end;
+    for (uint i = 0u; i < picture.media.y; ++i) {
+      const vec2 span = span_of(near_medium(i, voxel, fraction), direction);
+      if (!(span.x < span.y)) continue;
+      if (span.x > t) next = min(next, span.x);
+      if (span.y > t) next = min(next, span.y);
+    }
+    vec3 depth = vec3(0.0), shine = vec3(0.0);
+    for (uint i = 0u; i < picture.media.y; ++i) {
+      const NearMedium m = near_medium(i, voxel, fraction);
+      const vec2 span = span_of(m, direction);
+      if (!(span.x < span.y) || span.x >= next || span.y <= t) continue;
+      const float d = depth_of(m, direction, t, next);
+      if (!(d > 0.0)) continue;
+      const vec3 sigma = lighting_vec3(m.at + kMedExtinction), emission = lighting_vec3(m.at + kMedEmission);
+      for (int b = 0; b < 3; ++b) {
+        if (!(sigma[b] > 0.0)) continue;
+        depth[b] += sigma[b] * d;
+        shine[b] += min(sigma[b] * d, 1e30) * emission[b];
+      }
+    }
+    for (int b = 0; b < 3; ++b) {
+      if (!(depth[b] > 0.0)) continue;
+      view.added[b] += view.value[b] * (shine[b] / min(depth[b], 1e30)) * opacity(depth[b]);
+      view.value[b] *= exp(-depth[b]);
+    }
+    t = next;
+  }
+  return view;
+}
+
+#endif

@@ -1,0 +1,50 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// One of the two passes of section 14.10.3 over an interface: what it and the run of the block beyond let through, by
+// which both targets are multiplied; or what it shows, which is added to the first.
+#include "render/raster/block_grid.glsl.h"
+#include "render/raster/rectangle_test.glsl.h"
+
+layout(early_fragment_tests) in;
+layout(constant_id = kSpecExactEdges) const bool kExactEdges = true;
+layout(constant_id = kSpecAddsShown) const bool kAddsShown = false;
+layout(location = 0) flat in uvec2 seen;
+layout(location = 1) flat in vec4 rectangle;
+layout(location = 0) out vec4 shown_out;
+layout(location = 1) out vec4 passed_out;
+
+void main() {
+  const vec3 ray = pixel_ray(gl_FragCoord.xy);
+  const Interface i = interface_of(seen.x, int(seen.y), ray);
+  const uint axis = i.face >> 1u;
+  const vec3 offsets = float(i.plane) - picture.fraction.xyz - picture.fraction_rest.xyz;
+  if (kExactEdges &&
+      !meets_rectangle(axis, axis == 0u ? offsets.x : axis == 1u ? offsets.y : offsets.z, rectangle, ray))
+    discard;
+  const float inverse_length = inversesqrt(dot(ray, ray));
+  if (i.t > picture.sun.w * inverse_length) discard;
+  const vec3 direction = ray * inverse_length;
+  const InterfaceShares shares = shares_of(i, direction);
+  if (kAddsShown) {
+    vec3 shown = shares.mirrored * sky_radiance(mirrored_direction(i, direction));
+    if (kLayerMatte && shares.matte > 0.0)
+      shown += shares.matte * matte_radiance(i, ray, direction);
+    else if (i.outside)
+      shown += layer_blocks[i.owner].emitted.xyz;
+    // Nearer interfaces scale what lies behind them; what this one mirrors or shows is radiance as the eye sees it.
+    shown *= radiance_scale(layer_blocks[i.near].absorption.w, layer_blocks[layers.eye.x].absorption.w);
+    shown_out = vec4(shown, 0);
+    passed_out = vec4(0);
+    return;
+  }
+  vec3 passed =
+      shares.passed * radiance_scale(layer_blocks[i.near].absorption.w, layer_blocks[i.far].absorption.w);
+  const vec3 absorption = layer_blocks[i.far].absorption.xyz;
+  if (absorption != vec3(0)) {
+    FacePoint at = face_point(0u, i.face, i.t * ray + picture.fraction.xyz, i.plane, -direction);
+    at.front[axis] += direction[axis] > 0.0 ? 1 : -1;
+    at.fraction[axis] = 1.0 - at.fraction[axis];
+    passed *= absorbed_along(absorption, run_length(at.front, at.fraction, direction, i.far));
+  }
+  shown_out = passed_out = vec4(passed, 1);
+}

@@ -1,0 +1,72 @@
+// An interface between see-through blocks, as the shaders of the transparency pass take it apart.
+#ifndef LOAM_RENDER_RASTER_TRANSPARENCY_GLSL_H
+#define LOAM_RENDER_RASTER_TRANSPARENCY_GLSL_H
+#include "render/raster/shading/shape.glsl.h"
+#include "render/raster/shading/sky.glsl.h"
+#include "render/raster/shading/surface.glsl.h"
+#include "render/raster/transparency.shared.h"
+#include "render/see_through.shared.h"
+
+layout(constant_id = kSpecLayerMatte) const bool kLayerMatte = true;
+layout(constant_id = kSpecShapes) const bool kShapes = false;
+layout(binding = kBindLayerBlocks, std430) readonly buffer LayerBlocks { SeeThroughBlock layer_blocks[]; };
+layout(binding = kBindLayerConstants) uniform Layers { LayerConstants layers; };
+
+struct Interface {
+  uint owner, near, far;  // kinds: whose it is, before and beyond it
+  bool outside;           // the owner is what lies beyond
+  uint face;              // the side that the eye sees
+  int plane;              // relative to the camera's voxel
+  float t;                // of the pixel's ray, whose component along the camera's direction is 1
+};
+
+/// Of the pixel's ray with the plane; INFINITY and NaN where they are parallel.
+float plane_t(uint axis, int plane, vec3 ray) {
+  const vec3 offsets = float(plane) - picture.fraction.xyz - picture.fraction_rest.xyz;
+  return axis == 0u ? offsets.x / ray.x : axis == 1u ? offsets.y / ray.y : offsets.z / ray.z;
+}
+
+/// Of the pixel's ray where it ends on what `seen` says; 1e30 for the sky.
+float seen_t(uvec2 seen, vec3 ray) {
+  if (seen.x == 0u) return 1e30;
+  if (kShapes && (seen.x & kSeenShape) != 0u) return shape_distance(seen, ray);
+  return plane_t(seen_face(seen.x) >> 1u, int(seen.y), ray);
+}
+
+Interface interface_of(uint packed, int plane, vec3 ray) {
+  Interface i;
+  const uint face = packed >> 13u & 7u, axis = face >> 1u, beyond = packed >> 16u;
+  i.owner = packed & 0x1fffu;
+  const bool up = ray[axis] > 0.0;
+  i.outside = up != ((face & 1u) != 0u);
+  i.near = i.outside ? beyond : i.owner;
+  i.far = i.outside ? i.owner : beyond;
+  i.face = 2u * axis + (up ? 0u : 1u);
+  i.plane = plane;
+  i.t = plane_t(axis, plane, ray);
+  return i;
+}
+
+vec3 pixel_ray(vec2 pixel) { return picture.corner.xyz + pixel.x * picture.step_x.xyz + pixel.y * picture.step_y.xyz; }
+
+/// What an interface does, and what it shows by itself: `mirrored` is the radiance from the mirrored direction.
+InterfaceShares shares_of(Interface i, vec3 direction) {
+  const float n_eye = layer_blocks[layers.eye.x].absorption.w, n_near = layer_blocks[i.near].absorption.w,
+              n_far = layer_blocks[i.far].absorption.w, cosine = abs(direction[i.face >> 1u]);
+  if (kLayerMatte) return interface_shares(layer_blocks[i.owner], n_eye, n_near, n_far, cosine);
+  return dielectric_shares(n_eye, n_near, n_far, cosine);
+}
+
+vec3 mirrored_direction(Interface i, vec3 direction) {
+  direction[i.face >> 1u] = -direction[i.face >> 1u];
+  return direction;
+}
+
+/// Radiance of the owner's matte surface.
+vec3 matte_radiance(Interface i, vec3 ray, vec3 direction) {
+  if (!kLayerMatte) return vec3(0);
+  return face_radiance(
+      face_point(uint(layer_blocks[i.owner].block.x), i.face, i.t * ray + picture.fraction.xyz, i.plane, -direction));
+}
+
+#endif

@@ -1,0 +1,59 @@
+// What the processor and the shaders of the transparency pass both need.
+#ifndef LOAM_RENDER_RASTER_TRANSPARENCY_SHARED_H
+#define LOAM_RENDER_RASTER_TRANSPARENCY_SHARED_H
+
+#include "world/base/shared.h"
+
+#ifdef __cplusplus
+namespace render::raster {
+using glsl::ivec4, glsl::uint, glsl::vec4;
+#endif
+
+SHARED_CONST uint kBindLayerFaces = 64;      // uvec2[]  records of render/extract/see_through_faces.h
+SHARED_CONST uint kBindLayerChunks = 65;     // ivec4[]  corner of each chunk, relative to the camera's voxel
+SHARED_CONST uint kBindLayerBlocks = 66;     // SeeThroughBlock[] by kind
+SHARED_CONST uint kBindLayerConstants = 67;  // uniform LayerConstants
+SHARED_CONST uint kBindLayerHeads = 68;      // uimage   lists: 1 + place of a pixel's last node; 0: it has none
+SHARED_CONST uint kBindLayerNodes = 69;      // uint[3n] lists: the node before, packed interface, plane
+SHARED_CONST uint kBindLayerCount = 70;      // uint     lists: nodes asked for
+SHARED_CONST uint kBindLayerShown = 71;      // texture  weighted: sum of weight * (radiance, 1 - passed)
+SHARED_CONST uint kBindLayerDepth = 72;      // texture  weighted: optical depth; a: -log of what passes all layers
+SHARED_CONST uint kBindLayerRest = 73;       // texture  weighted: absorption that is entered and not left
+SHARED_CONST uint kBindBlockRegions = 74;    // ivec4[]  grid of blocks: hash table, as kBindRegions
+SHARED_CONST uint kBindBlockLeaves = 75;     // uint[]   4096 a region: kBlockUniform | block, or place of its ids
+SHARED_CONST uint kBindBlockIds = 76;        // uint[]   256 a mixed leaf: two ids a word
+SHARED_CONST uint kBindBlockKinds = 77;      // uint[2n] by block: kind, or kKindSolid; 1 for a mirror
+SHARED_CONST uint kBindBehind = 78;          // image    the picture without layers: what bent rays sample
+SHARED_CONST uint kBindMirrored = 79;        // float[]  planar: the picture from behind the mirror
+
+SHARED_CONST uint kBindLayerSorted = 80;  // uvec4[]  sorted: the two words of a record, and its chunk
+
+SHARED_CONST uint kBlockUniform = 0x80000000u;
+SHARED_CONST uint kKindSolid = 0xffffu;  // what no ray sees through; air has the kind 0
+
+SHARED_CONST uint kSpecCoveragePattern = 64;  // by order of CoveragePattern
+SHARED_CONST uint kSpecRefraction = 65;       // by order of Refraction
+SHARED_CONST uint kSpecReflection = 66;       // by order of Reflection
+SHARED_CONST uint kSpecSortedRecords = 67;    // bool: faces are read from kBindLayerSorted
+SHARED_CONST uint kSpecAddsShown = 68;        // bool: the second of two passes
+SHARED_CONST uint kSpecClips = 69;       // bool: a picture in a mirror; light.yzw of the picture: axis, plane, side
+SHARED_CONST uint kSpecLayerMatte = 70;  // bool: the world holds sheets or partial coverage, which are lit
+SHARED_CONST uint kRefractionNone = 0u, kRefractionScreen = 1u, kRefractionTraced = 2u;
+SHARED_CONST uint kReflectionNone = 0u, kReflectionScreen = 1u, kReflectionPlanar = 2u, kReflectionTraced = 3u;
+
+/// Only members of 16 bytes, so that every layout rule places them alike.
+struct LayerConstants {
+  ivec4 eye;         // x: kind of the block that the eye is in; y: nodes that fit; z: slots of the blocks' table less 1
+  ivec4 region_min;  // of the grid of blocks, inclusive
+  ivec4 region_max;
+  ivec4 mirror;  // planar: x: axis of the plane, or -1; y: the plane relative to the camera's voxel
+  vec4 mirror_x, mirror_y, mirror_w;  // rows of the mirrored camera's projection, of a direction in the world
+};
+
+/// An interface in a word: kind of the owner, direction of its face << 13, kind of what lies beyond << 16.
+SHARED uint packed_interface(uint owner, uint face, uint beyond) { return owner | face << 13u | beyond << 16u; }
+
+#ifdef __cplusplus
+}  // namespace render::raster
+#endif
+#endif

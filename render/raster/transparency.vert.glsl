@@ -1,0 +1,63 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Four vertices a face between see-through blocks, pulled from its record as in faces.vert.glsl; both sides are drawn.
+#include "render/raster/raster.shared.h"
+#include "render/extract/face_record.shared.h"
+#include "render/raster/transparency.shared.h"
+
+layout(constant_id = kSpecExactEdges) const bool kExactEdges = true;
+layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
+layout(binding = kBindLayerFaces, std430) readonly buffer Faces { uvec2 faces[]; };
+layout(constant_id = kSpecSortedRecords) const bool kSortedRecords = false;
+layout(binding = kBindLayerSorted, std430) readonly buffer Sorted { uvec4 sorted[]; };
+layout(binding = kBindLayerChunks, std430) readonly buffer Chunks { ivec4 chunks[]; };
+
+layout(location = 0) flat out uvec2 seen;      // packed interface, plane
+layout(location = 1) flat out vec4 rectangle;  // low u, low v, high u, high v, relative to the camera
+
+void main() {
+  const uint index = uint(gl_VertexIndex) >> 2;
+  const uvec2 record = kSortedRecords ? sorted[index].xy : faces[index];
+  const uint chunk = kSortedRecords ? sorted[index].z : uint(gl_InstanceIndex);
+  const int face = int(face_direction(record.y));
+  const int axis = face >> 1;
+  const int u = axis == 2 ? 1 : 2, v = axis == 0 ? 1 : 0;
+  const ivec3 voxel = chunks[chunk].xyz + ivec3(face_voxel(record.x));
+  const int plane = voxel[axis] + (face & 1);
+  const float offset = float(plane) - picture.fraction[axis] - picture.fraction_rest[axis];
+  seen = uvec2(packed_interface(face_block(record.y), uint(face), record.y >> 19), uint(plane));
+
+  // From integers, so that the common edge of two faces has the same bits in both.
+  const vec2 fraction = vec2(picture.fraction[u], picture.fraction[v]);
+  const vec2 low = vec2(voxel[u], voxel[v]) - fraction;
+  const vec2 high = vec2(voxel[u] + int(face_width(record.x)), voxel[v] + int(face_height(record.x))) - fraction;
+  rectangle = vec4(low, high);
+
+  const bool high_u = (gl_VertexIndex & 1) != 0, high_v = (gl_VertexIndex & 2) != 0;
+  // A plane too close for clipping in float asks all pixels, as in faces.vert.glsl.
+  if (kExactEdges && abs(offset) < kNearestFace && all(lessThan(low, vec2(1))) && all(greaterThan(high, vec2(-1)))) {
+    gl_Position = vec4(high_u ? 1 : -1, high_v ? 1 : -1, 1, 1);
+    return;
+  }
+  vec3 point;
+  point[axis] = offset;
+  point[u] = high_u ? high.x : low.x;
+  point[v] = high_v ? high.y : low.y;
+  const float distance = max(abs(offset), kNearestFace);
+  point *= distance / abs(offset);
+  if (kExactEdges) {
+    // Outwards by a little more than vertices are rounded, so that every pixel that the exact face covers is asked.
+    const float depth = dot(picture.clip_w.xyz, point);
+    if (depth > 0.0) {
+      vec3 along_u = -point * picture.clip_w[u], along_v = -point * picture.clip_w[v];
+      along_u[u] += depth;
+      along_v[v] += depth;
+      const float scale = picture.screen.z * depth / distance;
+      const vec2 move = min(scale * vec2(length(along_v), length(along_u)), vec2(0.5 * depth));
+      point[u] += high_u ? move.x : -move.x;
+      point[v] += high_v ? move.y : -move.y;
+    }
+  }
+  gl_Position = vec4(dot(picture.clip_x.xyz, point), dot(picture.clip_y.xyz, point), picture.fraction.w,
+                     dot(picture.clip_w.xyz, point));
+}

@@ -1,0 +1,272 @@
+#include "render/raster/transparency_pass.h"
+
+#include <algorithm>
+#include <array>
+
+#include "render/raster/stopwatch.h"
+
+namespace render::raster {
+
+namespace {
+
+/// Whether a box relative to the camera may lie in the picture.
+bool in_frustum(const PixelRays& r, const Vec3d& low, const Vec3d& high) {
+  const Vec3d planes[] = {r.forward, r.tan_half_x * r.forward + r.right, r.tan_half_x * r.forward - r.right,
+                          r.tan_half_y * r.forward + r.up, r.tan_half_y * r.forward - r.up};
+  return std::all_of(std::begin(planes), std::end(planes), [&](const Vec3d& n) {
+    double farthest = 0;
+    for (int a = 0; a < 3; ++a) farthest += n[a] * (n[a] > 0 ? high[a] : low[a]);
+    return farthest >= 0;
+  });
+}
+
+double distance_to_box(const Vec3d& low, const Vec3d& high) {
+  return glm::length(glm::max(low, glm::min(high, Vec3d(0))));
+}
+
+}  // namespace
+
+std::vector<Constant> layer_constants(const Drawing& drawing, std::initializer_list<Constant> more) {
+  const bool matte = SeeThroughKinds(drawing.view.palette()).calls_for_matte(drawing.view.store().census());
+  std::vector<Constant> all = shading_constants(drawing);
+  all.push_back({kSpecExactEdges, drawing.knobs.face_edges == FaceEdges::exact});
+  all.push_back({kSpecLayerMatte, matte});
+  all.push_back({kSpecShapes, !drawing.shapes.chunks().empty()});
+  all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
+
+void fill_quad_indices(const gpu::Buffer& buffer, uint32_t records) {
+  auto* index = reinterpret_cast<uint32_t*>(buffer.mapped());
+  for (uint32_t r = 0; r < records; ++r)
+    for (const uint32_t corner : {0u, 1u, 2u, 2u, 1u, 3u}) *index++ = 4 * r + corner;
+}
+
+bool equal_constants(std::span<const Constant> a, std::span<const Constant> b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const Constant& x, const Constant& y) { return x.id == y.id && x.value == y.value; });
+}
+
+void begin_clearing_colour(VkCommandBuffer commands, const Targets& targets, std::span<const VkImageView> colour,
+                           VkImageView depth) {
+  begin_rendering(commands, targets, colour, depth, false);
+  std::vector<VkClearAttachment> clears(colour.size());
+  for (uint32_t i = 0; i < clears.size(); ++i) clears[i] = {VK_IMAGE_ASPECT_COLOR_BIT, i, {}};
+  const VkClearRect whole{{{0, 0}, targets.extent()}, 0, 1};
+  vkCmdClearAttachments(commands, static_cast<uint32_t>(clears.size()), clears.data(), 1, &whole);
+}
+
+void dispatch_pixels(VkCommandBuffer commands, VkExtent2D extent) {
+  vkCmdDispatch(commands, (extent.width + 7) / 8, (extent.height + 7) / 8, 1);
+}
+
+void LayerDraws::record(VkCommandBuffer commands, PassContext& context, const Pipeline& pipeline) const {
+  vkCmdBindIndexBuffer(commands, indices->handle, 0, VK_INDEX_TYPE_UINT32);
+  for (uint32_t page = 0; page < pool->pages(); ++page) {
+    bool bound = false;
+    for (const Run& run : runs) {
+      if (run.page != page) continue;
+      if (!bound) {
+        context.bindings.bind(kBindLayerFaces, pool->page(page));
+        context.bindings.use(commands, pipeline);
+        bound = true;
+      }
+      vkCmdDrawIndexed(commands, run.count * 6, 1, 0, static_cast<int32_t>(run.first * 4), run.chunk);
+    }
+  }
+}
+
+PassKind TransparencyPass::kind() {
+  return {"transparency",
+          [](const Drawing& drawing, TargetNeeds& needs) {
+            if (drawing.knobs.transparency == Transparency::opaque) return false;
+            if (drawing.behind) {
+              needs.colour = true;  // the same targets as the picture that it is for
+              return false;
+            }
+            const bool mirrors = drawing.knobs.reflection != Reflection::none && calls_for_mirrors(drawing.view);
+            if (!mirrors && !calls_for_see_through(drawing.view)) return false;
+            needs.colour = true;
+            return true;
+          },
+          []() -> std::unique_ptr<Pass> { return std::make_unique<TransparencyPass>(); }};
+}
+
+world::Status TransparencyPass::fit(PassContext&) {
+  fits_ = false;
+  return {};
+}
+
+void TransparencyPass::rest() {
+  faces_.clear();
+  pool_.clear();
+  order_.reset();
+  ordered_by_ = Transparency::opaque;
+  store_ = grid_store_ = 0;
+  draws_ = {};
+  grid_.clear();
+  indices_ = {}, chunks_ = {}, blocks_ = {}, constants_ = {}, block_kinds_ = {};
+  indexed_records_ = 0;
+}
+
+std::vector<world::LeafPos> TransparencyPass::follow(const Drawing& drawing) {
+  const world::Store& store = drawing.view.store();
+  kinds_.emplace(drawing.view.palette());
+  if (store_ != store.identity()) {
+    subscriber_ = store.subscribe();
+    store.take_dirty(subscriber_);
+    store_ = store.identity();
+    merged_ = !drawing.knobs.merge_faces;
+  }
+  std::vector<world::LeafPos> dirty = store.take_dirty(subscriber_);
+  if (merged_ != drawing.knobs.merge_faces)
+    faces_.rebuild(drawing.view, *kinds_, merged_ = drawing.knobs.merge_faces);
+  else
+    faces_.update(drawing.view, *kinds_, dirty);
+  return dirty;
+}
+
+world::Status TransparencyPass::follow_blocks(PassContext& context, const Drawing& drawing,
+                                              std::span<const world::LeafPos> dirty, LayerConstants& constants) {
+  const world::BlockPalette& palette = drawing.view.palette();
+  std::vector<uint32_t> kinds(2 * palette.size());
+  for (size_t id = 0; id < palette.size(); ++id) {
+    const auto block = static_cast<world::BlockId>(id);
+    const bool air = block == world::kAir || !palette[block].proxy.empty();  // a shape leaves its voxel open
+    kinds[2 * id] = air ? 0 : kinds_->contains(block) ? kinds_->kind(block) : kKindSolid;
+    kinds[2 * id + 1] = is_mirror(palette[block]) ? 1 : 0;
+  }
+  TRY_STATUS(context.fill(block_kinds_, kinds.data(), kinds.size() * 4, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
+  context.bindings.bind(kBindBlockKinds, block_kinds_);
+  if (!order_->needs_block_grid(drawing)) {
+    grid_.clear();
+    grid_store_ = 0;
+    for (const uint32_t binding : {kBindBlockRegions, kBindBlockLeaves, kBindBlockIds})
+      context.bindings.unbind(binding);
+    return {};
+  }
+  const bool whole = grid_store_ != store_;
+  grid_store_ = 0;  // until all is there
+  auto sent = grid_.follow(context.device, drawing.view, dirty, whole);
+  if (!sent.ok()) return sent.error();
+  grid_store_ = store_;
+  const world::RegionPos low = grid_.min_region(), high = grid_.max_region();
+  constants.eye.z = static_cast<int>(grid_.table_size()) - 1;
+  constants.region_min = ivec4(low.x, low.y, low.z, 0);
+  constants.region_max = ivec4(high.x, high.y, high.z, 0);
+  context.bindings.bind(kBindBlockRegions, grid_.regions());
+  context.bindings.bind(kBindBlockLeaves, grid_.leaves());
+  context.bindings.bind(kBindBlockIds, grid_.ids());
+  return {};
+}
+
+world::Status TransparencyPass::fit_indices(PassContext& context) {
+  if (indexed_records_ && indexed_records_ >= pool_.largest_chunk()) return {};
+  const uint32_t records = std::max(1024u, pool_.largest_chunk() + pool_.largest_chunk() / 2);
+  TRY(indices_, gpu::make_buffer(context.device, uint64_t{records} * 24, VK_BUFFER_USAGE_INDEX_BUFFER_BIT,
+                                 gpu::MemoryUse::upload));
+  fill_quad_indices(indices_, records);
+  indexed_records_ = records;
+  return {};
+}
+
+void TransparencyPass::cull(const Drawing& drawing) {
+  draws_.runs.clear();
+  draws_.chunks.clear();
+  draws_.extracted.clear();
+  draws_.faces = 0;
+  struct Seen {
+    const PooledChunk* chunk;
+    const ExtractedChunk* extracted;
+    double distance;
+    Vec3d corner;
+  };
+  std::vector<Seen> seen;
+  const auto box_corner = [](const std::array<uint8_t, 3>& p) { return Vec3d(p[0], p[1], p[2]); };
+  for (size_t i = 0; i < pool_.chunks().size(); ++i) {
+    const PooledChunk& chunk = pool_.chunks()[i];  // in the order of faces_.chunks()
+    const world::VoxelPos offset = chunk.origin - drawing.camera.position.voxel;
+    const Vec3d corner = Vec3d(offset.x, offset.y, offset.z) - drawing.camera.position.fraction;
+    const Vec3d low = corner + box_corner(chunk.box.min), high = corner + box_corner(chunk.box.max);
+    const double distance = distance_to_box(low, high);
+    if (distance <= drawing.knobs.view_distance && in_frustum(drawing.rays, low, high))
+      seen.push_back({&chunk, faces_.chunks()[i], distance, corner});
+  }
+  std::sort(seen.begin(), seen.end(), [](const Seen& a, const Seen& b) {
+    return a.distance != b.distance ? a.distance < b.distance : a.chunk->origin < b.chunk->origin;
+  });
+  for (const Seen& s : seen) {
+    const world::VoxelPos offset = s.chunk->origin - drawing.camera.position.voxel;
+    const uint32_t index = static_cast<uint32_t>(draws_.chunks.size());
+    draws_.chunks.emplace_back(offset.x, offset.y, offset.z, 0);
+    draws_.extracted.push_back(s.extracted);
+    const FaceCluster* last = nullptr;
+    for (const FaceCluster& cluster : s.chunk->clusters) {
+      if (!in_frustum(drawing.rays, s.corner + box_corner(cluster.box.min), s.corner + box_corner(cluster.box.max)))
+        continue;
+      draws_.faces += cluster.count;
+      if (last && last->first + last->count == cluster.first)
+        draws_.runs.back().count += cluster.count;
+      else
+        draws_.runs.push_back({s.chunk->page, cluster.first, cluster.count, index});
+      last = &cluster;
+    }
+  }
+}
+
+world::Status TransparencyPass::prepare(PassContext& context, const Drawing& drawing, FrameReport& report) {
+  Stopwatch watch;
+  const std::vector<world::LeafPos> dirty = follow(drawing);
+  report.passes.push_back({"extract_see_through", watch.lap_ms(), 0, 0});
+  TRY(const uint64_t sent, pool_.update(context.device, pool_sources(faces_.chunks())));
+  TRY_STATUS(fit_indices(context));
+  cull(drawing);
+  draws_.pool = &pool_;
+  draws_.indices = &indices_;
+
+  if (ordered_by_ != drawing.knobs.transparency || !order_) {
+    order_ = drawing.knobs.transparency == Transparency::weighted ? make_weighted_order()
+             : drawing.knobs.transparency == Transparency::sorted ? make_sorted_order()
+                                                                  : make_list_order();
+    ordered_by_ = drawing.knobs.transparency;
+    fits_ = false;
+  }
+  if (!fits_) TRY_STATUS(order_->fit(context));
+  fits_ = true;
+
+  const auto& blocks = kinds_->blocks();
+  TRY_STATUS(
+      context.fill(blocks_, blocks.data(), blocks.size() * sizeof blocks[0], VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
+  TRY_STATUS(context.fill(chunks_, draws_.chunks.data(), draws_.chunks.size() * sizeof(ivec4),
+                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
+  LayerConstants constants{};
+  constants.eye.x = kinds_->kind(drawing.view.store().get(drawing.camera.position.voxel));
+  constants.mirror.x = -1;
+  // The vertex shader names both ways to read records; an order binds what it draws.
+  context.bindings.bind(kBindLayerFaces, blocks_);
+  context.bindings.bind(kBindLayerSorted, blocks_);
+  TRY_STATUS(follow_blocks(context, drawing, dirty, constants));
+  TRY_STATUS(order_->prepare(context, drawing, draws_, constants));
+  TRY_STATUS(context.fill(constants_, &constants, sizeof constants, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT));
+  context.bindings.bind(kBindLayerBlocks, blocks_);
+  context.bindings.bind(kBindLayerChunks, chunks_);
+  context.bindings.bind(kBindLayerConstants, constants_);
+  report.passes.push_back({"upload_see_through", watch.lap_ms(), 0, sent});
+  return {};
+}
+
+void TransparencyPass::record(VkCommandBuffer commands, PassContext& context, const Drawing& drawing) {
+  image_barrier(commands, context.targets.depth.handle, VK_IMAGE_ASPECT_DEPTH_BIT, kDepthReadWrite, kDepthReadWrite);
+  memory_barrier(commands, kComputeWrite, kComputeReadWrite);  // of the shaded picture
+  order_->record(commands, context, drawing, draws_);
+}
+
+world::Status TransparencyPass::finish(PassContext& context, FrameReport& report) {
+  PassReport& row = row_of(report, "transparency");
+  row.draws = draws_.runs.size();
+  row.bytes = draws_.faces * sizeof(FaceRecord);
+  report.faces_drawn += draws_.faces;
+  return order_->finish(context, report);
+}
+
+}  // namespace render::raster

@@ -1,0 +1,97 @@
+/// Draws see-through blocks over the shaded picture: follows their faces, culls them, and hands them to the order that
+/// the knob `transparency` asks for. A picture of a world without such a block has none of this.
+#pragma once
+
+#include <optional>
+
+#include "render/extract/see_through_faces.h"
+#include "render/raster/block_grid.h"
+#include "render/raster/pass.h"
+#include "render/raster/transparency.shared.h"
+#include "render/see_through.h"
+
+namespace render::raster {
+
+/// What to draw of the see-through faces: runs of records, chunks front to back.
+struct LayerDraws {
+  struct Run {
+    uint32_t page, first, count, chunk;
+  };
+  std::vector<Run> runs;
+  std::vector<ivec4> chunks;                     // corners, relative to the camera's voxel
+  std::vector<const ExtractedChunk*> extracted;  // of each
+  FacePool* pool = nullptr;
+  const gpu::Buffer* indices = nullptr;
+  uint64_t faces = 0;
+
+  /// Within begin_rendering().
+  void record(VkCommandBuffer commands, PassContext& context, const Pipeline& pipeline) const;
+};
+
+/// One way to bring layers into the picture.
+class LayerOrder {
+ public:
+  virtual ~LayerOrder() = default;
+  virtual world::Status fit(PassContext& context) = 0;
+  /// May change `constants`, which are bound afterwards.
+  virtual world::Status prepare(PassContext& context, const Drawing& drawing, const LayerDraws& draws,
+                                LayerConstants& constants) = 0;
+  virtual void record(VkCommandBuffer commands, PassContext& context, const Drawing& drawing,
+                      const LayerDraws& draws) = 0;
+  virtual world::Status finish(PassContext&, FrameReport&) { return {}; }
+  virtual bool again() const { return false; }
+  /// Whether its shaders trace rays.
+  virtual bool needs_block_grid(const Drawing&) const { return false; }
+};
+std::unique_ptr<LayerOrder> make_list_order();
+std::unique_ptr<LayerOrder> make_sorted_order();
+std::unique_ptr<LayerOrder> make_weighted_order();
+
+/// Specialisation constants of shaders that shade matte surfaces, and `more`.
+std::vector<Constant> layer_constants(const Drawing& drawing, std::initializer_list<Constant> more = {});
+constexpr Access kClearWrite{VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT};
+
+/// Two triangles for each record.
+void fill_quad_indices(const gpu::Buffer& buffer, uint32_t records);
+bool equal_constants(std::span<const Constant> a, std::span<const Constant> b);
+/// begin_rendering() into cleared colours, with the depth that is there.
+void begin_clearing_colour(VkCommandBuffer commands, const Targets& targets, std::span<const VkImageView> colour,
+                           VkImageView depth);
+/// Of a pass over all pixels in squares of 8 x 8.
+void dispatch_pixels(VkCommandBuffer commands, VkExtent2D extent);
+
+class TransparencyPass : public Pass {
+ public:
+  TransparencyPass() { pool_.page_records = 1u << 16; }  // 512 KiB: there are few
+  static PassKind kind();
+  world::Status fit(PassContext& context) override;
+  world::Status prepare(PassContext& context, const Drawing& drawing, FrameReport& report) override;
+  void record(VkCommandBuffer commands, PassContext& context, const Drawing& drawing) override;
+  world::Status finish(PassContext& context, FrameReport& report) override;
+  bool again() const override { return order_ && order_->again(); }
+  void rest() override;
+
+ private:
+  /// Returns the leaves that changed since the last picture.
+  std::vector<world::LeafPos> follow(const Drawing& drawing);
+  world::Status follow_blocks(PassContext& context, const Drawing& drawing, std::span<const world::LeafPos> dirty,
+                              LayerConstants& constants);
+  world::Status fit_indices(PassContext& context);
+  void cull(const Drawing& drawing);
+
+  std::optional<SeeThroughKinds> kinds_;
+  SeeThroughFaces faces_;
+  FacePool pool_;
+  LayerDraws draws_;
+  std::unique_ptr<LayerOrder> order_;
+  Transparency ordered_by_ = Transparency::opaque;
+  bool fits_ = false, merged_ = true;
+  uint64_t store_ = 0;  // identity of the world that was extracted; 0: none
+  int subscriber_ = 0;
+  BlockGrid grid_;
+  uint64_t grid_store_ = 0;  // identity of the world that it holds; 0: none, or behind
+  gpu::Buffer indices_, chunks_, blocks_, constants_, block_kinds_;
+  uint32_t indexed_records_ = 0;
+};
+
+}  // namespace render::raster

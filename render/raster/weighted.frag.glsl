@@ -1,0 +1,44 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Adds an interface to sums that need no order. What passes all layers is exact: a product, summed as logarithms, with
+// each block's absorption along the ray as (entry less exit) times its coefficient, its index of refraction likewise. What layers show is weighted by
+// depth, as though the nearest hid the others by that.
+// source  Morgan McGuire, Louis Bavoil. Weighted Blended Order-Independent Transparency. 2013, equation 9
+#include "render/raster/rectangle_test.glsl.h"
+#include "render/raster/transparency.glsl.h"
+
+layout(early_fragment_tests) in;
+layout(constant_id = kSpecExactEdges) const bool kExactEdges = true;
+layout(location = 0) flat in uvec2 seen;
+layout(location = 1) flat in vec4 rectangle;
+layout(location = 0) out vec4 shown_out;
+layout(location = 1) out vec4 depth_out;
+layout(location = 2) out vec4 rest_out;
+
+void main() {
+  const vec3 ray = pixel_ray(gl_FragCoord.xy);
+  const Interface i = interface_of(seen.x, int(seen.y), ray);
+  const uint axis = i.face >> 1u;
+  const vec3 offsets = float(i.plane) - picture.fraction.xyz - picture.fraction_rest.xyz;
+  if (kExactEdges &&
+      !meets_rectangle(axis, axis == 0u ? offsets.x : axis == 1u ? offsets.y : offsets.z, rectangle, ray))
+    discard;
+  const float inverse_length = inversesqrt(dot(ray, ray)), t = i.t * dot(ray, ray) * inverse_length;
+  if (t > picture.sun.w) discard;
+  const vec3 direction = ray * inverse_length;
+  const InterfaceShares shares = shares_of(i, direction);
+  vec3 shown = shares.mirrored * sky_radiance(mirrored_direction(i, direction));
+  if (kLayerMatte && shares.matte > 0.0)
+    shown += shares.matte * matte_radiance(i, ray, direction);
+  else if (i.outside)
+    shown += layer_blocks[i.owner].emitted.xyz;
+  const float alpha = 1.0 - (shares.passed.x + shares.passed.y + shares.passed.z) / 3.0;
+  const float z = t / 200.0;
+  const float weight = clamp(0.03 / (1e-5 + z * z * z * z), 1e-2, 3e3);
+  shown_out = vec4(shown, alpha) * weight;
+  // Of no more than e^-40 passes: what a float target can hold many times.
+  const vec3 passed = max(shares.passed, vec3(4e-18));
+  const vec3 entered = layer_blocks[i.far].absorption.xyz - layer_blocks[i.near].absorption.xyz;
+  depth_out = vec4(-log(passed) - entered * t, -log(max(1.0 - alpha, 4e-18)));
+  rest_out = vec4(entered, layer_blocks[i.far].absorption.w - layer_blocks[i.near].absorption.w);
+}

@@ -1,0 +1,111 @@
+#include "render/raycast/straight_walk.h"
+
+#include <cmath>
+
+namespace render {
+
+using namespace world;
+using glsl::vec3;
+
+GridHit walk_straight(const GridRay& ray, const MaskWalker& occupied, const SeeThroughKinds& kinds, LeafCache& blocks,
+                      WalkPlace place, double t_limit, BlockId& medium, std::vector<StraightLayer>& layers,
+                      MeetShape meet_shape) {
+  const GridAxes axes(ray);
+  const GridHit nothing{WalkEnd::t_max, {}, kNoFace, t_limit};
+  const auto hit_at = [&] {
+    return GridHit{WalkEnd::hit, place.voxel, entered_face(place.axis, axes.upwards[place.axis] != 0), place.t};
+  };
+  bool at_change = place.axis >= 0;
+  for (;;) {
+    // On to the next change of block. A voxel of a shape is air.
+    while (!at_change) {
+      if (medium == kAir && !occupied.volume().test(place.voxel)) {
+        if (!occupied.find(axes, place, t_limit)) return nothing;
+        break;
+      }
+      const bool uniform = medium != kAir && !blocks.leaf(place.voxel).values;
+      if (!mask_walk::leave_cube(axes, place, uniform ? 7 : 0, t_limit)) return nothing;
+      at_change = blocks.get(place.voxel) != medium;
+    }
+    at_change = false;
+    const BlockId block = blocks.get(place.voxel);
+    GridHit on_shape;
+    const ShapeMeeting meeting = block == kAir ? ShapeMeeting::none : meet_shape(place, block, on_shape);
+    const BlockId next = meeting == ShapeMeeting::none ? block : kAir;
+    if (next != medium) {
+      if (next != kAir && !kinds.contains(next)) return hit_at();
+      layers.push_back({hit_at(), kinds.kind(medium), kinds.kind(next), next > medium});
+      medium = next;
+    }
+    if (meeting == ShapeMeeting::met) return on_shape;
+  }
+}
+
+namespace {
+
+vec3 bands(const Rgb& c) { return {c.r, c.g, c.b}; }
+
+/// What one layer does, as the two passes of section 14.10.3 take it.
+struct Passes {
+  vec3 shown, passed;
+};
+
+}  // namespace
+
+Rgb straight_radiance(const StraightPixel& pixel, const Vec3d& direction, const SeeThroughKinds& kinds,
+                      std::span<const StraightLayer> layers, CoveragePattern coverage, bool sorted,
+                      FunctionRef<Rgb(const StraightLayer&)> surface, FunctionRef<Rgb(int)> mirrored) {
+  const uint32_t pattern = static_cast<uint32_t>(coverage);
+  const std::vector<shared::SeeThroughBlock>& all = kinds.blocks();
+  const float n_eye = all[pixel.eye].absorption.w;
+  thread_local std::vector<Passes> passes;
+  passes.clear();
+  shared::StraightView view = shared::start_of_view();
+  for (const StraightLayer& layer : layers) {
+    const shared::SeeThroughBlock &owner = all[layer.owner()], &near = all[layer.near];
+    const int axis = face_axis(layer.at.face);
+    const float cosine = static_cast<float>(std::abs(direction[axis])) / pixel.metres_per_t;
+    const shared::InterfaceShares shares =
+        interface_shares(owner, n_eye, near.absorption.w, all[layer.far].absorption.w, cosine);
+    const float t = static_cast<float>(layer.at.t) * pixel.metres_per_t;
+    const vec3 matte = shares.matte > 0 ? bands(surface(layer)) : vec3(0);
+    const vec3 from_mirror = shares.mirrored != vec3(0) ? bands(mirrored(axis)) : vec3(0);
+    uint32_t mask = 0;
+    if (coverage != CoveragePattern::exact && owner.matte.w == static_cast<float>(shared::kSeeThroughCoverage)) {
+      const int32_t plane = layer.at.voxel[axis] + (layer.at.face & 1);
+      mask = shared::coverage_mask(pattern, owner.emitted.w, pixel.x, pixel.y,
+                                   static_cast<uint32_t>(plane * 6 + layer.at.face));
+    }
+    if (sorted) {
+      // Each layer by itself: what a view of nothing but it shows and lets through.
+      shared::StraightView alone = shared::start_of_view();
+      alone.t = view.t;
+      alone = met_interface(alone, owner, shares, vec3(near.absorption), t, from_mirror, matte, layer.outside,
+                            shared::kCoverageExact, mask);
+      passes.push_back({alone.added, alone.through});
+      view.t = t;
+    } else {
+      view = met_interface(view, owner, shares, vec3(near.absorption), t, from_mirror, matte, layer.outside, pattern,
+                           mask);
+    }
+  }
+  vec3 seen;
+  if (sorted) {
+    shared::StraightView rest = shared::start_of_view();
+    rest.t = view.t;
+    const vec3 behind =
+        end_of_view(rest, all[pixel.end], n_eye, pixel.t_end, bands(pixel.behind), shared::kCoverageExact);
+    Colour4 image{behind.x, behind.y, behind.z, 1};
+    for (size_t i = passes.size(); i-- > 0;) {
+      const Passes& p = passes[i];
+      image = blend(kBlendTransmit, {p.passed.x, p.passed.y, p.passed.z, 1}, image);
+      image = blend(kBlendAdd, {p.shown.x, p.shown.y, p.shown.z, 0}, image);
+    }
+    seen = {image.r, image.g, image.b};
+  } else {
+    seen = end_of_view(view, all[pixel.end], n_eye, pixel.t_end, bands(pixel.behind), pattern);
+  }
+  return {seen.x, seen.y, seen.z};
+}
+
+}  // namespace render

@@ -1,0 +1,68 @@
+#include "render/see_through.h"
+
+#include <algorithm>
+
+namespace render {
+
+namespace {
+
+bool is_see_through(const world::Block& b) {
+  if (b.opaque || !b.proxy.empty()) return false;
+  if (b.bsdf == "dielectric") return true;
+  if (b.bsdf == "thin") return b.transmission.max() > 0;
+  return b.bsdf == "coverage" && b.coverage < 1;
+}
+
+shared::SeeThroughBlock describe(const world::Block& b, size_t id) {
+  shared::SeeThroughBlock s;
+  const uint32_t kind = b.bsdf == "dielectric" ? shared::kSeeThroughDielectric
+                        : b.bsdf == "thin"     ? shared::kSeeThroughThin
+                                               : shared::kSeeThroughCoverage;
+  const bool solid = kind == shared::kSeeThroughDielectric;
+  s.absorption = {b.absorption.r, b.absorption.g, b.absorption.b, solid ? b.index_of_refraction : 1.0f};
+  s.matte = {b.albedo.r, b.albedo.g, b.albedo.b, static_cast<float>(kind)};
+  // As bsdf_parameters(): a sheet without an index has no smooth surface that mirrors.
+  s.transmission = {b.transmission.r, b.transmission.g, b.transmission.b, b.index_of_refraction};
+  // As render/shading.h: six faces of 1 m^2 radiate P = 6 pi A L.
+  const float emit = 1.0f / (6 * 3.14159265358979f);
+  s.emitted = {b.emission.r * emit, b.emission.g * emit, b.emission.b * emit, b.coverage};
+  s.block.x = static_cast<int>(id);
+  return s;
+}
+
+}  // namespace
+
+SeeThroughKinds::SeeThroughKinds(const world::BlockPalette& palette) {
+  kind_.assign(palette.size(), 0);
+  flags_.assign(palette.size(), 0);
+  blocks_.emplace_back();
+  for (size_t id = 0; id < palette.size() && blocks_.size() <= kMost; ++id) {
+    const world::Block& block = palette[static_cast<world::BlockId>(id)];
+    if (id == world::kAir || !is_see_through(block)) continue;
+    kind_[id] = static_cast<uint16_t>(blocks_.size());
+    flags_[id] = 1;
+    blocks_.push_back(describe(block, id));
+  }
+}
+
+bool SeeThroughKinds::called_for(const world::Census& census) const {
+  return std::any_of(census.begin(), census.end(), [&](const auto& row) { return contains(row.first); });
+}
+
+bool SeeThroughKinds::calls_for_matte(const world::Census& census) const {
+  return std::any_of(census.begin(), census.end(), [&](const auto& row) {
+    return contains(row.first) && of(row.first).matte.w != static_cast<float>(shared::kSeeThroughDielectric);
+  });
+}
+
+bool calls_for_mirrors(const world::WorldView& view) {
+  const world::Census census = view.store().census();
+  return std::any_of(census.begin(), census.end(),
+                     [&](const auto& row) { return is_mirror(view.palette()[row.first]); });
+}
+
+bool calls_for_see_through(const world::WorldView& view) {
+  return SeeThroughKinds(view.palette()).called_for(view.store().census());
+}
+
+}  // namespace render

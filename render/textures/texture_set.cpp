@@ -1,0 +1,130 @@
+#include "render/textures/texture_set.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "render_textures.members.h"
+#include "world/base/text.h"
+#include "world/blocks/block_texture.h"
+#include "world/space/coords.h"
+
+namespace render {
+
+namespace {
+
+struct Kind {
+  const char* name;
+  float (*value)(glm::vec2, uint32_t);
+};
+const Kind kKinds[] = {
+#define TEXTURE(name) {#name, shared::name##_texture},
+#include "render_textures.list.h"
+#undef TEXTURE
+};
+
+uint32_t seed_of(const std::string& name) {
+  uint32_t h = 2166136261u;  // FNV-1a
+  for (const char c : name) h = (h ^ static_cast<unsigned char>(c)) * 16777619u;
+  return h;
+}
+
+/// The tiles of one block, appended: finest levels first, made to have a mean of 0 and a largest of 1, then the means.
+void add_tiles(const Kind& kind, uint32_t seed, std::vector<float>& texels) {
+  constexpr int kSize = shared::kTextureSize;
+  const size_t first = texels.size();
+  texels.resize(first + shared::kTextureTiles * shared::kTextureTileTexels);
+  const auto tile = [&](uint32_t t) { return texels.data() + first + t * shared::kTextureTileTexels; };
+  double mean = 0;
+  for (uint32_t t = 0; t < shared::kTextureTiles; ++t)
+    for (int y = 0; y < kSize; ++y)
+      for (int x = 0; x < kSize; ++x) {
+        const glm::vec2 p((static_cast<float>(x) + 0.5f) / kSize, (static_cast<float>(y) + 0.5f) / kSize);
+        mean += tile(t)[y * kSize + x] = kind.value(p, seed + t * 977u);
+      }
+  mean /= kSize * kSize * shared::kTextureTiles;
+  float largest = 1e-6f;
+  for (uint32_t t = 0; t < shared::kTextureTiles; ++t)
+    for (int i = 0; i < kSize * kSize; ++i) {
+      tile(t)[i] -= static_cast<float>(mean);
+      largest = std::max(largest, std::abs(tile(t)[i]));
+    }
+  for (uint32_t t = 0; t < shared::kTextureTiles; ++t) {
+    for (int i = 0; i < kSize * kSize; ++i) tile(t)[i] /= largest;
+    float *from = tile(t), *to = from + kSize * kSize;
+    for (int size = kSize / 2; size >= 1; size /= 2) {
+      for (int y = 0; y < size; ++y)
+        for (int x = 0; x < size; ++x) {
+          const float* at = from + 2 * y * 2 * size + 2 * x;
+          to[y * size + x] = 0.25f * (at[0] + at[1] + at[2 * size] + at[2 * size + 1]);
+        }
+      from = to, to += size * size;
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> texture_kinds() {
+  std::vector<std::string> names;
+  for (const Kind& kind : kKinds) names.push_back(kind.name);
+  return names;
+}
+
+world::Status TextureSet::follow(const world::BlockPalette& palette, const RenderKnobs& knobs) {
+  const size_t wanted = knobs.textures == TextureFilter::off ? 0 : palette.size();
+  if (wanted == palette_) return {};
+  palette_ = wanted;
+  ++version_;
+  blocks_ = {}, contrasts_ = {}, texels_ = {};
+  blocks_.resize(wanted), contrasts_.resize(wanted);
+  for (size_t id = 0; id < wanted; ++id) {
+    const world::Block& block = palette[static_cast<world::BlockId>(id)];
+    const world::BlockTexture* texture = world::block_texture(block.name);
+    if (!texture) continue;
+    const auto kind =
+        std::find_if(std::begin(kKinds), std::end(kKinds), [&](const Kind& k) { return texture->kind == k.name; });
+    if (kind == std::end(kKinds))
+      return world::input_error(fmt::format(
+          "{}: there is no texture \"{}\" (did you mean \"{}\"?); they are: {}", texture->where, texture->kind,
+          world::nearest_text(texture->kind, texture_kinds()), fmt::join(texture_kinds(), ", ")));
+    if (texels_.empty()) texels_.push_back(0);  // 0 is no place
+    blocks_[id] = static_cast<uint32_t>(texels_.size());
+    // No albedo reaches 1.
+    const float most = block.albedo.max() + block.glossy.max();
+    contrasts_[id] = std::min(texture->contrast, most > 0 ? std::max(0.999f / most - 1, 0.0f) : 0.0f);
+    add_tiles(*kind, seed_of(block.name), texels_);
+  }
+  return {};
+}
+
+float TextureSet::factor(const RenderKnobs& knobs, world::BlockId block, world::VoxelPos voxel, int face,
+                         const glm::vec3& fraction, const glm::vec3& step_x, const glm::vec3& step_y) const {
+  const uint32_t first = tiles(block);
+  if (!first) return 1;
+  const int axis = face >> 1;
+  const auto place = [axis](const glm::vec3& v) { return shared::texture_place(axis, v); };
+  return 1 + contrasts_[block] * shared::texture_value(texels_.data(), first, static_cast<uint32_t>(knobs.textures),
+                                                       static_cast<uint32_t>(std::max(knobs.texture_anisotropy, 1)),
+                                                       {voxel.x, voxel.y, voxel.z}, static_cast<uint32_t>(face),
+                                                       place(fraction), place(step_x), place(step_y));
+}
+
+glm::vec3 TextureSet::normal(const RenderKnobs& knobs, world::BlockId block, world::VoxelPos voxel, int face,
+                             const glm::vec3& fraction, const glm::vec3& step_x, const glm::vec3& step_y) const {
+  const uint32_t first = tiles(block);
+  const int axis = face >> 1;
+  if (!first || knobs.normal_detail == 0) {
+    glm::vec3 n(0);
+    n[axis] = static_cast<float>(world::face_sign(face));
+    return n;
+  }
+  const auto place = [axis](const glm::vec3& v) { return shared::texture_place(axis, v); };
+  return shared::texture_normal(texels_.data(), first, static_cast<uint32_t>(knobs.textures),
+                                static_cast<uint32_t>(std::max(knobs.texture_anisotropy, 1)),
+                                {voxel.x, voxel.y, voxel.z}, static_cast<uint32_t>(face), place(fraction),
+                                place(step_x), place(step_y), knobs.normal_detail * contrasts_[block]);
+}
+
+}  // namespace render

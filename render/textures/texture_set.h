@@ -1,0 +1,51 @@
+/// The texels of a palette's textures: one array that both backends read (texture.shared.h says how), made once for a
+/// palette.
+///
+///   blocks  [n] where the block's kTextureTiles tiles begin; 0: none
+///   texels  a pyramid a tile, from -1 to 1, 0 in the mean over a block's tiles
+/// cost    22 KiB a textured block of the palette that the world holds
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "render/knobs.h"
+#include "render/textures/texture.shared.h"
+#include "world/world.h"
+
+namespace render {
+
+class TextureSet {
+ public:
+  /// Made anew where the palette has grown. Fails where a block names a kind that there is none of.
+  world::Status follow(const world::BlockPalette& palette, const RenderKnobs& knobs);
+  /// No block has one, or the knobs ask for none.
+  bool empty() const { return texels_.empty(); }
+  uint32_t tiles(world::BlockId block) const { return block < blocks_.size() ? blocks_[block] : 0; }
+  float contrast(world::BlockId block) const { return contrasts_[block]; }
+  const std::vector<float>& texels() const { return texels_; }
+  const std::vector<uint32_t>& blocks() const { return blocks_; }
+  const std::vector<float>& contrasts() const { return contrasts_; }
+  uint64_t version() const { return version_; }
+  size_t bytes() const { return texels_.size() * 4 + blocks_.size() * 8; }
+
+  /// What the block's albedo is multiplied by at a place of a face. `step_x`, `step_y`: to the next pixels on its
+  /// plane, m.
+  float factor(const RenderKnobs& knobs, world::BlockId block, world::VoxelPos voxel, int face,
+               const glm::vec3& fraction, const glm::vec3& step_x, const glm::vec3& step_y) const;
+  /// The unit normal that the sun and luminaires meet there; the face's own where normal_detail is 0.
+  glm::vec3 normal(const RenderKnobs& knobs, world::BlockId block, world::VoxelPos voxel, int face,
+                   const glm::vec3& fraction, const glm::vec3& step_x, const glm::vec3& step_y) const;
+
+ private:
+  std::vector<uint32_t> blocks_;
+  std::vector<float> contrasts_, texels_;
+  size_t palette_ = 0;
+  uint64_t version_ = 0;
+};
+
+/// The kinds, sorted.
+std::vector<std::string> texture_kinds();
+
+}  // namespace render

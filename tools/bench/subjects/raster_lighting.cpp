@@ -1,0 +1,190 @@
+/// What the rasterizer's approximations of light cost and lose, each against itself at its limit.
+///
+/// cutoff    2000 lamps over 300 m of ground: those left out that give less than a share of the display's white
+/// fog       a density grid, by equal steps of the ray
+/// textures  the valley's ground: a texel, mip levels with 1 to 16 probes, or the mean over the footprint
+/// sky       the valley's ground under rays to the sky, 1 to 64 a pixel
+/// Pictures of 192 x 108 pixels by the device that there is; the error is RMS over the mean of the reference.
+#include <cmath>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "render/backend.h"
+#include "render/raster/raster.h"
+#include "tools/bench/benchmark.h"
+#include "tools/picture.h"
+#include "world/base/random.h"
+#include "world/media/brick_field.h"
+
+namespace tools {
+
+namespace {
+
+using render::RenderKnobs;
+
+constexpr int kWidth = 192, kHeight = 108;
+
+/// A world, its camera and the backend that keeps what it derived from it.
+struct Shown {
+  world::World world;
+  render::Camera camera;
+  std::unique_ptr<render::RasterBackend> backend;
+
+  render::Image picture(const RenderKnobs& knobs) {
+    auto frame = backend->render(world::WorldView(world), camera, knobs, kWidth, kHeight);
+    CHECK(frame.ok());
+    return std::move(frame->image);
+  }
+};
+using ShownWorld = std::shared_ptr<Shown>;
+
+Result<ShownWorld> shown(const world::Scene& scene, const std::string& camera) {
+  world::ImportReport report;
+  TRY(world::World world, build_picture_world(scene, report));
+  TRY(const world::CameraPlacement placed, world::camera_of(world, camera));
+  TRY(auto backend, render::make_raster({}));
+  return std::make_shared<Shown>(Shown{std::move(world), render::Camera::from(placed), std::move(backend)});
+}
+
+double relative_rms(const render::Image& a, const render::Image& b) {
+  double squares = 0, sum = 0;
+  for (size_t i = 0; i < a.pixels.size(); ++i) {
+    const render::Rgb d = a.pixels[i] - b.pixels[i];
+    squares += double{d.r} * d.r + double{d.g} * d.g + double{d.b} * d.b;
+    sum += double{b.pixels[i].r} + b.pixels[i].g + b.pixels[i].b;
+  }
+  const double n = 3.0 * static_cast<double>(a.pixels.size());
+  return std::sqrt(squares / n) / (sum / n);
+}
+
+void darken(world::Environment& e) {
+  e.sky_zenith = e.sky_horizon = e.sky_ground = {};
+  e.sun_irradiance = {};
+}
+
+Result<ShownWorld> field_of_lamps() {
+  world::Scene scene;
+  scene.name = "lamps", scene.generator = "empty", scene.box = {{-150, 0, -150}, {149, 7, 149}};
+  darken(scene.environment);
+  scene.fills.push_back({{{-150, 0, -150}, {149, 0, 149}}, "plaster"});
+  for (int i = 0; i < 2000; ++i) {
+    const uint64_t h = world::mix64(static_cast<uint64_t>(i) + 17);
+    world::Luminaire l;
+    l.name = l.kind = "omni", l.radius = 0.05f, l.power = {60, 45, 30};
+    l.position = world::WorldPoint::from(static_cast<double>(h % 3000) / 10 - 150, 2 + static_cast<double>(h >> 61) / 4,
+                                         static_cast<double>((h >> 24) % 3000) / 10 - 150);
+    scene.luminaires.push_back(l);
+  }
+  world::CameraPlacement camera;
+  camera.name = "above", camera.position = world::WorldPoint::from(-140, 25, 140);
+  camera.forward = glm::normalize(world::Vec3d(1, -0.35, -1));
+  scene.cameras.push_back(camera);
+  return shown(scene, "above");
+}
+
+Result<ShownWorld> cloud_in_a_box() {
+  world::Scene scene;
+  scene.name = "cloud", scene.generator = "empty", scene.box = {{-40, 0, -40}, {39, 7, 39}};
+  scene.fills.push_back({{{-40, 0, -40}, {39, 0, 39}}, "grass"});
+  std::vector<world::FieldLeaf> leaves;
+  for (int x = 0; x < 6; ++x)
+    for (int y = 0; y < 6; ++y)
+      for (int z = 0; z < 6; ++z) {
+        world::FieldLeaf leaf{{x, y, z}, {}};
+        for (size_t i = 0; i < leaf.values.size(); ++i) {
+          const world::VoxelPos v =
+              world::voxel_from_leaf(leaf.leaf) + world::VoxelPos{int(i >> 6), int(i >> 3 & 7), int(i & 7)};
+          const world::Vec3d p(v.x - 23.5, v.y - 23.5, v.z - 23.5);
+          const double ball = 1 - glm::length(p) / 23, waves = std::sin(0.5 * p.x) * std::cos(0.4 * p.y + 0.3 * p.z);
+          leaf.values[i] = static_cast<float>(std::max(0.0, ball + 0.4 * waves));
+        }
+        leaves.push_back(leaf);
+      }
+  world::Medium medium;
+  medium.name = "cloud", medium.kind = "density_grid", medium.position = world::WorldPoint::from(-24, 2, -24);
+  medium.scattering = {0.2f, 0.2f, 0.2f}, medium.emission = {60, 60, 65};
+  TRY(medium.field, world::BrickField::make(std::move(leaves), medium.sampling, "cloud"));
+  scene.media.push_back(std::move(medium));
+  world::CameraPlacement camera;
+  camera.name = "beside", camera.position = world::WorldPoint::from(-45, 20, 40);
+  camera.forward = glm::normalize(world::Vec3d(1, 0.05, -0.9));
+  scene.cameras.push_back(camera);
+  return shown(scene, "beside");
+}
+
+}  // namespace
+
+void add_subject_raster_lighting(Registry& registry) {
+  Subject subject{.question = "what do the rasterizer's approximations of light lose, and what do they save?",
+                  .reference = "the same picture with the knob at its limit",
+                  .metrics = {"RMS error of radiance (relative)"},
+                  .work_unit = "pixels"};
+  subject.settings = [](BenchContext& context) -> Result<std::vector<Setting>> {
+    std::vector<Setting> settings;
+    const auto add = [&](const std::string& problem, const std::string& method, int knob, bool is_default,
+                         const ShownWorld& of, const RenderKnobs& knobs, const RenderKnobs& limit) {
+      Setting s{.method = method, .setting = fmt::format("{}@{}", method, knob), .problem = problem};
+      s.knob = knob, s.is_default = is_default;
+      s.measure = [=, &context](uint64_t) {
+        const auto truth = context.shared<render::Image>(
+            "raster_lighting " + problem, [&] { return std::make_shared<render::Image>(of->picture(limit)); });
+        return ErrorSample{{relative_rms(of->picture(knobs), *truth)}, 0};
+      };
+      s.run = [=] {
+        keep(of->picture(knobs));
+        return static_cast<double>(kWidth * kHeight);
+      };
+      settings.push_back(std::move(s));
+    };
+
+    TRY(const ShownWorld lamps, field_of_lamps());
+    RenderKnobs knobs, limit;
+    knobs.exposure = limit.exposure = 4;
+    knobs.luminaire_shadow = limit.luminaire_shadow = render::LuminaireShadow::none;
+    limit.luminaire_cutoff = 0;
+    for (const int millionths : {10000, 1000, 100, 10}) {
+      knobs.luminaire_cutoff = static_cast<float>(millionths) * 1e-6f;
+      add("cutoff", "cut-off in 1e-6 of white", millionths, millionths == 100, lamps, knobs, limit);
+    }
+    add("cutoff", "all luminaires", 0, false, lamps, limit, limit);
+
+    TRY(const ShownWorld cloud, cloud_in_a_box());
+    limit = knobs = {};
+    limit.fog_steps = 2048;
+    for (const int steps : {4, 16, 64, 256}) {
+      knobs.fog_steps = steps;
+      add("fog", "steps", steps, steps == RenderKnobs{}.fog_steps, cloud, knobs, limit);
+    }
+
+    TRY(const world::Scene valley_scene, world::load_scene("valley"));
+    TRY(const ShownWorld valley, shown(valley_scene, "ground"));
+    limit = knobs = {};
+    limit.textures = render::TextureFilter::exact;
+    knobs.textures = render::TextureFilter::off;
+    add("textures", "no textures", 0, false, valley, knobs, limit);
+    knobs.textures = render::TextureFilter::point;
+    add("textures", "one texel", 1, false, valley, knobs, limit);
+    knobs.textures = render::TextureFilter::mip;
+    for (const int probes : {1, 4, 16}) {
+      knobs.texture_anisotropy = probes;
+      add("textures", "mip levels", probes, probes == RenderKnobs{}.texture_anisotropy, valley, knobs, limit);
+    }
+    add("textures", "64 samples", 64, false, valley, limit, limit);
+
+    limit = knobs = {};
+    limit.sky_rays = 256;
+    add("sky", "open sky", 0, true, valley, knobs, limit);
+    knobs.corner_occlusion = true;
+    add("sky", "corners", 1, false, valley, knobs, limit);
+    knobs.corner_occlusion = false;
+    for (const int rays : {1, 4, 16, 64}) {
+      knobs.sky_rays = rays;
+      add("sky", "rays", rays, false, valley, knobs, limit);
+    }
+    return settings;
+  };
+  registry.add(std::move(subject));
+}
+
+}  // namespace tools
