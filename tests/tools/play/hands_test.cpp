@@ -1,0 +1,327 @@
+// What hands and words do in play, without a window: picking, brushes, keys, commands, settings, budgets.
+#include <cmath>
+#include <fstream>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "tests/support.h"
+#include "tools/play/brush.h"
+#include "tools/play/budget.h"
+#include "tools/play/console.h"
+#include "tools/play/controls.h"
+#include "tools/play/hud.h"
+#include "tools/play/pick.h"
+#include "tools/play/settings.h"
+
+namespace tools {
+namespace {
+
+using world::VoxelPos;
+using world::WorldPoint;
+
+world::BlockId block(const world::World& w, const char* name) { return *w.palette->find(name); }
+
+void put(world::World& w, const world::EditBatch& batch) { ASSERT_TRUE(w.store.apply(batch).ok()); }
+
+struct Hands : ::testing::Test {
+  world::World world{world::standard_blocks()};
+  world::BlockShapes shapes = *world::block_shapes(*world.palette);
+  void set(VoxelPos v, const char* name) {
+    world::EditBatch batch;
+    batch.set(v, block(world, name));
+    put(world, batch);
+  }
+};
+
+// ---- picking ----
+
+TEST_F(Hands, PickTheFaceThatIsSeenFromEverySide) {
+  set({0, 0, 0}, "granite");
+  for (int face = 0; face < world::kFaces; ++face) {
+    const VoxelPos step = world::face_step(face);
+    const world::Vec3d out(step.x, step.y, step.z);
+    const WorldPoint eye = WorldPoint{{0, 0, 0}, world::Vec3d(0.5)} + 3.0 * out;
+    const Pick found = pick(world, shapes, eye, -out, 6);
+    ASSERT_TRUE(found.hit);
+    EXPECT_EQ(found.face, face);
+    EXPECT_EQ(found.beside(), step);
+    EXPECT_DOUBLE_EQ(found.distance, 2.5);
+  }
+}
+
+TEST_F(Hands, PickIsTheSameFarFromTheOrigin) {
+  const VoxelPos far{1'000'000'000, 80, -1'000'000'000};
+  set({0, 0, 0}, "granite"), set(far, "granite");
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> place(-3, 4);
+  for (int n = 0; n < 2000; ++n) {
+    const world::Vec3d from(place(random), place(random), place(random)), to(place(random) / 4, 0.5, place(random) / 4);
+    if (std::max({std::abs(from.x - 0.5), std::abs(from.y - 0.5), std::abs(from.z - 0.5)}) < 0.51) continue;
+    const world::Vec3d way = glm::normalize(to - from);
+    const Pick here = pick(world, shapes, WorldPoint{{0, 0, 0}, world::Vec3d(0)} + from, way, 8);
+    const Pick there = pick(world, shapes, WorldPoint{far, world::Vec3d(0)} + from, way, 8);
+    ASSERT_EQ(here.hit, there.hit);
+    if (!here.hit) continue;
+    EXPECT_EQ(here.face, there.face);
+    EXPECT_EQ(here.distance, there.distance);
+    EXPECT_EQ(there.voxel, far);
+  }
+}
+
+TEST_F(Hands, PickPassesBesideTheRailsOfAFenceAndMeetsItsPost) {
+  set({0, 0, 0}, "fence_oak"), set({0, 0, -1}, "granite");
+  const Pick post = pick(world, shapes, {{0, 0, 3}, {0.5, 0.5, 0.5}}, {0, 0, -1}, 6);
+  ASSERT_TRUE(post.hit);
+  EXPECT_EQ(post.voxel, (VoxelPos{0, 0, 0}));
+  EXPECT_GT(post.distance, 2.5);  // inside of the voxel's own border
+  EXPECT_GT(post.low.x, 0);
+  const Pick beside = pick(world, shapes, {{0, 0, 3}, {0.05, 0.5, 0.5}}, {0, 0, -1}, 6);
+  ASSERT_TRUE(beside.hit);
+  EXPECT_EQ(beside.voxel, (VoxelPos{0, 0, -1}));
+}
+
+TEST_F(Hands, PickReachesNoFurtherThanAnArm) {
+  set({0, 0, -7}, "granite");
+  const WorldPoint eye{{0, 0, 0}, world::Vec3d(0.5)};
+  EXPECT_FALSE(pick(world, shapes, eye, {0, 0, -1}, 6.4).hit);
+  EXPECT_TRUE(pick(world, shapes, eye, {0, 0, -1}, 6.6).hit);
+}
+
+TEST_F(Hands, PickLooksThroughWaterAndPlacesInIt) {
+  set({0, 0, -2}, "water"), set({0, 0, -3}, "granite");
+  const WorldPoint eye{{0, 0, 0}, world::Vec3d(0.5)};
+  const Pick found = pick(world, shapes, eye, {0, 0, -1}, 6);
+  EXPECT_EQ(found.voxel, (VoxelPos{0, 0, -3}));
+  EXPECT_EQ(found.beside(), (VoxelPos{0, 0, -2}));
+  EXPECT_EQ(pick(world, shapes, eye, {0, 0, -1}, 6, true).voxel, (VoxelPos{0, 0, -2}));
+}
+
+// ---- brushes ----
+
+uint64_t voxels(const world::World& w) { return w.store.voxel_count(); }
+
+TEST_F(Hands, SphereIsTheVoxelsWhoseMiddlesAreWithinItsRadius) {
+  for (const int radius : {0, 1, 4, 9}) {
+    world::World w{world::standard_blocks()};
+    put(w, sphere_of({5, -3, 100}, radius, block(w, "granite")));
+    uint64_t expected = 0;
+    for (int x = -radius; x <= radius; ++x)
+      for (int y = -radius; y <= radius; ++y)
+        for (int z = -radius; z <= radius; ++z) expected += x * x + y * y + z * z <= (radius + 0.5) * (radius + 0.5);
+    EXPECT_EQ(voxels(w), expected) << radius;
+  }
+}
+
+TEST_F(Hands, LineHoldsTogetherByFacesFromEndToEnd) {
+  const VoxelPos a{0, 0, 0}, b{17, -5, 9};
+  put(world, line_of(a, b, block(world, "granite")));
+  EXPECT_EQ(voxels(world), 17u + 5 + 9 + 1);
+  EXPECT_NE(world.store.get(a), world::kAir);
+  EXPECT_NE(world.store.get(b), world::kAir);
+}
+
+TEST_F(Hands, FillFillsABasinToItsRimAndRefusesAnOpenField) {
+  const world::BlockId rock = block(world, "granite"), water = block(world, "water");
+  put(world, box_of({0, 0, 0}, {9, 4, 9}, rock));
+  put(world, box_of({1, 1, 1}, {8, 4, 8}, world::kAir));
+  const auto basin = fill_of(world.store, {4, 3, 4}, water);
+  ASSERT_TRUE(basin);
+  put(world, *basin);
+  EXPECT_EQ(world.store.census()[water], 8u * 8 * 3);
+  EXPECT_EQ(world.store.get({4, 4, 4}), world::kAir);
+  EXPECT_FALSE(fill_of(world.store, {4, 5, 4}, water));
+}
+
+TEST_F(Hands, ReplaceChangesOneKindAlone) {
+  const world::BlockId a = block(world, "granite"), b = block(world, "oak_planks"), c = block(world, "glass");
+  put(world, box_of({-8, -8, -8}, {8, 8, 8}, a));
+  put(world, box_of({0, 0, 0}, {0, 0, 3}, b));
+  put(world, replace_of(world.store, {0, 0, 0}, 3, b, c));
+  EXPECT_EQ(world.store.census()[c], 4u);
+  EXPECT_EQ(world.store.census()[a], 17u * 17 * 17 - 4);
+}
+
+TEST_F(Hands, FourTurnsAndTwoFlipsAreNothing) {
+  put(world, box_of({0, 0, 0}, {2, 1, 4}, block(world, "granite")));
+  put(world, box_of({1, 1, 1}, {1, 1, 3}, block(world, "glass")));
+  const auto copy = copy_box(world.store, {2, 2, 4}, {0, 0, 0});
+  ASSERT_TRUE(copy);
+  const Clipboard around = turned(turned(turned(turned(*copy))));
+  EXPECT_EQ(around.blocks, copy->blocks);
+  EXPECT_EQ(around.size, copy->size);
+  EXPECT_NE(turned(*copy).blocks, copy->blocks);
+  for (const int axis : {0, 1, 2}) EXPECT_EQ(flipped(flipped(*copy, axis), axis).blocks, copy->blocks);
+  world::World other{world::standard_blocks()};
+  put(other, paste_of(*copy, {100, 7, -3}));
+  EXPECT_EQ(other.store.get({101, 8, 0}), block(other, "glass"));
+  EXPECT_EQ(voxels(other), voxels(world));
+}
+
+TEST_F(Hands, MirrorBuildsBothSides) {
+  put(world, mirrored(box_of({3, 0, 0}, {5, 1, 0}, block(world, "granite")), 0, 1));
+  EXPECT_EQ(voxels(world), 12u);
+  EXPECT_EQ(world.store.get({-3, 1, 0}), world.store.get({5, 1, 0}));
+}
+
+// ---- keys ----
+
+TEST(Controls, NoKeyDoesTwoThingsAtFirst) {
+  for (const Bindings::Conflict& c : Bindings().conflicts())
+    ADD_FAILURE() << key_name(c.key) << ": " << row_of(c.a).name << " and " << row_of(c.b).name;
+}
+
+TEST(Controls, NamesOfKeysComeBack) {
+  const Bindings bindings;
+  for (const ActionRow& row : action_rows())
+    for (const Key& key : bindings.keys(row.action)) {
+      const auto back = key_from_name(key_name(key));
+      ASSERT_TRUE(back.ok()) << key_name(key);
+      EXPECT_EQ(*back, key);
+    }
+  EXPECT_NE(key_from_name("spcae").error().message.find("space"), std::string::npos);
+}
+
+TEST(Controls, AKeyWithControlIsAnotherAndOneThatIsHeldStillWalks) {
+  const Bindings bindings;
+  const int z = key_from_name("z")->code, w = key_from_name("w")->code;
+  EXPECT_EQ(bindings.find(z, kControl), Action::undo);
+  EXPECT_EQ(bindings.find(z, kControl | kShift), Action::redo);
+  EXPECT_FALSE(bindings.find(z, 0));
+  EXPECT_EQ(bindings.find(w, kControl), Action::forward);  // who runs still walks
+  EXPECT_EQ(bindings.find(w, kShift), Action::forward);
+}
+
+TEST(Controls, AConflictIsFoundAndOnlyWhatChangedIsKept) {
+  Bindings bindings;
+  EXPECT_TRUE(bindings.changed().empty());
+  ASSERT_TRUE(bindings.set(Action::jump, "w").ok());
+  ASSERT_EQ(bindings.conflicts().size(), 1u);
+  EXPECT_EQ(bindings.changed(), (std::map<std::string, std::string>{{"jump", "w"}}));
+  EXPECT_FALSE(bindings.set(Action::jump, "hyper").ok());
+}
+
+// ---- settings ----
+
+TEST(Settings, ComeBackAndNameWhatIsWrong) {
+  const world::TemporaryFolder folder;
+  const std::filesystem::path path = folder / "a" / "play.toml";
+  PlaySettings settings;
+  settings.fov_deg = 95.5, settings.backend = "raycast", settings.knobs["view_distance"] = "256";
+  settings.note_world("/one \"odd\" name.loam"), settings.note_world("/two.loam");
+  ASSERT_TRUE(settings.bindings.set(Action::forward, "arrow_up i").ok());
+  ASSERT_TRUE(write_settings(settings, path).ok());
+  const auto back = read_settings(path);
+  ASSERT_TRUE(back.ok()) << back.error().message;
+  EXPECT_EQ(back->fov_deg, settings.fov_deg);
+  EXPECT_EQ(back->knobs, settings.knobs);
+  EXPECT_EQ(back->recent, settings.recent);
+  EXPECT_EQ(back->last_world, "/two.loam");
+  EXPECT_EQ(back->bindings.changed(), settings.bindings.changed());
+  std::ofstream(path) << "fov_dge = 90\n";
+  EXPECT_NE(read_settings(path).error().message.find("fov_deg"), std::string::npos);
+  EXPECT_TRUE(read_settings(folder / "none.toml").ok());
+}
+
+// ---- commands ----
+
+struct Commands : ::testing::Test {
+  ConsoleWords words{
+      {"granite", "glass", "water"},
+      {"valley", "dam"},
+      {"view_distance", "sun_shadow"},
+      {"raster"},
+      [](const std::string& knob) {
+        return knob == "sun_shadow" ? std::vector<std::string>{"none", "ray"} : std::vector<std::string>{};
+      }};
+  WorldPoint here{{100, 64, -5}, {0.5, 0.25, 0.75}};
+};
+
+TEST_F(Commands, PlacesMayBeFarAndRelative) {
+  const auto far = read_command("/goto 1e8 80 -1e9", words, here);
+  ASSERT_TRUE(far.ok()) << far.error().message;
+  EXPECT_EQ(std::get<GoTo>(*far).place.voxel, (VoxelPos{100'000'000, 80, -1'000'000'000}));
+  const auto near = read_command("goto ~ ~-10.5 ~3", words, here);
+  ASSERT_TRUE(near.ok());
+  EXPECT_EQ(std::get<GoTo>(*near).place.voxel, (VoxelPos{100, 53, -2}));
+  EXPECT_EQ(std::get<GoTo>(*near).place.fraction, world::Vec3d(0.5, 0.75, 0.75));
+  EXPECT_FALSE(read_command("/goto 2e9 0 0", words, here).ok());
+  EXPECT_FALSE(read_command("/goto nan 0 0", words, here).ok());
+  EXPECT_FALSE(read_command("/goto 1 2", words, here).ok());
+}
+
+TEST_F(Commands, TimesHaveNamesAndNumbers) {
+  EXPECT_EQ(std::get<TimeOfDay>(*read_command("/time noon", words, here)).hours, 12);
+  EXPECT_EQ(std::get<TimeOfDay>(*read_command("/time 18:30", words, here)).hours, 18.5);
+  EXPECT_NE(read_command("/time dwan", words, here).error().message.find("dawn"), std::string::npos);
+}
+
+TEST_F(Commands, EveryActionIsOne) {
+  for (const ActionRow& row : action_rows()) {
+    const auto read = read_command("/" + std::string(row.name), words, here);
+    ASSERT_TRUE(read.ok()) << read.error().message;
+    EXPECT_EQ(std::get<PressAction>(*read).action, row.action);
+  }
+}
+
+TEST_F(Commands, CompletionGoesOnWithWhatThereIs) {
+  EXPECT_EQ(complete_command("/go", words), (std::vector<std::string>{"/goto"}));
+  EXPECT_EQ(complete_command("/set sun_shadow r", words), (std::vector<std::string>{"/set sun_shadow ray"}));
+  EXPECT_EQ(complete_command("/fill 0 0 0 1 1 1 g", words).size(), 2u);
+  EXPECT_EQ(common_beginning(complete_command("/give g", words), "/give g"), "/give g");
+  EXPECT_EQ(common_beginning({"/give glass"}, "/give gl"), "/give glass ");
+  EXPECT_TRUE(complete_command("/nothing ", words).empty());
+}
+
+TEST_F(Commands, ErrorsAreOneSentenceWithTheNearestWord) {
+  for (const char* line :
+       {"/give granit", "/fill 0 0 0 1 1 1 watr", "/set view_distanc 3", "/gotp", "/speed 100", ""}) {
+    const auto read = read_command(line, words, here);
+    ASSERT_FALSE(read.ok()) << line;
+    EXPECT_EQ(read.error().message.find('\n'), std::string::npos);
+  }
+  EXPECT_NE(read_command("/give granit", words, here).error().message.find("granite"), std::string::npos);
+}
+
+// ---- what fits a time ----
+
+TEST(Budget, TakesTheChangesThatCostTheLeastError) {
+  const std::vector<MeasuredKnob> knobs = {
+      {"shadow", "ray", {{"none", 20, 0.30}, {"map", 24, 0.02}, {"ray", 40, 0.0}}},
+      {"distance", "all", {{"near", 30, 0.25}, {"all", 40, 0.0}}},
+  };
+  const BudgetFit roomy = fit_to_budget(knobs, 40, 40);
+  EXPECT_TRUE(roomy.fits);
+  EXPECT_TRUE(roomy.changes.empty());
+  const BudgetFit fit = fit_to_budget(knobs, 40, 25);
+  EXPECT_TRUE(fit.fits);
+  EXPECT_EQ(fit.changes, (std::vector<std::pair<std::string, std::string>>{{"shadow", "map"}}));
+  EXPECT_FALSE(fit_to_budget(knobs, 40, 5).fits);
+}
+
+// ---- on the screen ----
+
+TEST(Frames, PercentilesAreThoseOfTheLastFrames) {
+  FrameTimes times;
+  for (int i = 0; i < 1000; ++i) times.add(i);
+  EXPECT_EQ(times.count(), FrameTimes::kKept);
+  EXPECT_EQ(times.percentile(0), 760);
+  EXPECT_EQ(times.percentile(1), 999);
+  EXPECT_EQ(times.values().back(), 999);
+}
+
+TEST(Screen, APointStandsWhereItsPixelLooks) {
+  render::Camera camera;
+  camera.position = {{1'000'000'000, 5, 7}, world::Vec3d(0.25)};
+  camera.forward = glm::normalize(world::Vec3d(0.3, -0.2, -1));
+  camera.vertical_fov = 1.1;
+  const render::PixelRays rays(camera, 640, 360);
+  float x = 0, y = 0;
+  ASSERT_TRUE(project(camera, 640, 360, camera.position + 12.0 * rays.direction(123.5, 45.25), x, y));
+  EXPECT_NEAR(x, 123.5, 1e-3);
+  EXPECT_NEAR(y, 45.25, 1e-3);
+  EXPECT_FALSE(project(camera, 640, 360, camera.position + -1.0 * camera.forward, x, y));
+}
+
+}  // namespace
+}  // namespace tools

@@ -1,0 +1,318 @@
+// The played world without its window: undo through automata, time that goes back, recordings, and the thread.
+#include <chrono>
+#include <random>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "tests/support.h"
+#include "tools/play/brush.h"
+#include "tools/play/play_log.h"
+#include "tools/play/sim_thread.h"
+#include "tools/play/simulation.h"
+#include "tools/play/worlds.h"
+#include "world/scenes/scene.h"
+
+namespace tools {
+namespace {
+
+using world::VoxelPos;
+
+/// A flat world of rock, 64 m a side, with a sandy corner.
+world::World small_world() {
+  world::World w{world::standard_blocks()};
+  world::EditBatch batch;
+  batch.fill({{0, 0, 0}, {63, 7, 63}}, *w.palette->find("granite"));
+  batch.fill({{4, 8, 4}, {9, 8, 9}}, *w.palette->find("sand"));
+  EXPECT_TRUE(w.store.apply(batch).ok());
+  return w;
+}
+
+struct Played : ::testing::Test {
+  world::World world = small_world();
+  std::unique_ptr<PlaySimulation> play = std::move(*PlaySimulation::make(world));
+  world::BlockId id(const char* name) { return *world.palette->find(name); }
+  void edit(const world::EditBatch& batch) { ASSERT_TRUE(play->edit(batch).ok()); }
+  void steps(int n) {
+    for (int i = 0; i < n; ++i) play->step_matter();
+  }
+  uint64_t hash() { return play->matter().state_hash(); }
+};
+
+TEST_F(Played, UndoTakesBackWhatTheWaterDidSince) {
+  steps(3);
+  const uint64_t before = hash(), tick = play->tick();
+  edit(box_of({30, 10, 30}, {33, 13, 33}, id("water")));
+  steps(90);  // over the ends of moments that are kept
+  ASSERT_NE(hash(), before);
+  ASSERT_TRUE(play->undo());
+  EXPECT_EQ(hash(), before);
+  EXPECT_EQ(play->tick(), tick);
+  EXPECT_EQ(world.store.census().count(id("water")), 0u);
+}
+
+TEST_F(Played, RedoComesToTheSameMomentAndGoesOnTheSame) {
+  edit(sphere_of({30, 14, 30}, 3, id("sand")));
+  steps(40);
+  edit(box_of({10, 12, 30}, {14, 14, 34}, id("water")));
+  steps(21);
+  const uint64_t tick = play->tick(), then = hash();
+  steps(10);
+  const uint64_t later = hash();
+  ASSERT_TRUE(play->undo());
+  ASSERT_TRUE(play->undo());
+  EXPECT_FALSE(play->undo());
+  ASSERT_TRUE(play->redo());
+  ASSERT_TRUE(play->redo());
+  EXPECT_FALSE(play->redo());
+  EXPECT_EQ(play->tick(), tick + 10);
+  EXPECT_EQ(hash(), later);
+  for (int n = 0; n < 10; ++n) ASSERT_TRUE(play->step_back());
+  EXPECT_EQ(hash(), then);
+  steps(10);
+  EXPECT_EQ(hash(), later);
+}
+
+TEST_F(Played, TimeThatPassesAfterAnUndoIsNotMixedIntoWhatIsRedone) {
+  edit(sphere_of({30, 14, 30}, 3, id("sand")));
+  steps(30);
+  const uint64_t with_sand = hash();
+  edit(sphere_of({40, 14, 40}, 2, id("gravel")));
+  steps(25);
+  const uint64_t both = hash();
+  ASSERT_TRUE(play->undo());
+  EXPECT_EQ(hash(), with_sand);
+  steps(50);
+  ASSERT_TRUE(play->undo());
+  steps(5);
+  ASSERT_TRUE(play->redo());
+  EXPECT_EQ(hash(), with_sand);
+  steps(7);
+  ASSERT_TRUE(play->redo());
+  EXPECT_EQ(hash(), both);
+  // An edit ends what could be redone.
+  ASSERT_TRUE(play->undo());
+  edit(box_of({50, 8, 50}, {50, 8, 50}, id("glass")));
+  EXPECT_FALSE(play->redo());
+}
+
+TEST_F(Played, StepsBackPassEditsTickByTick) {
+  std::vector<uint64_t> hashes{hash()};
+  edit(sphere_of({30, 16, 30}, 3, id("sand")));
+  for (int n = 0; n < 60; ++n) {
+    if (n == 20) {
+      edit(box_of({28, 12, 28}, {31, 12, 31}, id("water")));
+      hashes.back() = hash();  // the last that was seen of this tick
+    }
+    steps(1);
+    hashes.push_back(hash());
+  }
+  for (size_t n = hashes.size() - 1; n-- > 1;) {
+    ASSERT_TRUE(play->step_back());
+    ASSERT_EQ(hash(), hashes[n]) << "tick " << n;
+  }
+  // And forth again: what was passed can be redone.
+  ASSERT_TRUE(play->redo());
+  EXPECT_NE(hash(), hashes[1]);
+}
+
+/// Random edits, ticks, undos, redos and steps back against copies of the world that were kept aside.
+TEST_F(Played, AnyChainOfUndoAndRedoComesToStatesThatWereThere) {
+  std::mt19937 random(11);
+  const auto pick = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+  const std::array<const char*, 4> names{"sand", "water", "granite", "lava"};
+  std::vector<uint64_t> before_edits;  // of the chain as it is
+  for (int n = 0; n < 120; ++n) {
+    const int what = pick(10);
+    if (what < 3) {
+      before_edits.push_back(hash());
+      edit(sphere_of({8 + pick(48), 9 + pick(8), 8 + pick(48)}, pick(3), id(names[static_cast<size_t>(pick(4))])));
+    } else if (what < 7) {
+      steps(pick(12));
+    } else if (what == 7 && !before_edits.empty()) {
+      ASSERT_TRUE(play->undo());
+      ASSERT_EQ(hash(), before_edits.back()) << "at " << n;
+      before_edits.pop_back();
+    } else if (what == 8 && play->history().redo_steps() > 0) {
+      const uint64_t there = hash();
+      const uint64_t tick = play->tick();
+      ASSERT_TRUE(play->redo());
+      const uint64_t then = hash();
+      // There and back, and the same again.
+      if (play->history().undo_steps() > before_edits.size()) {
+        ASSERT_TRUE(play->undo());
+        before_edits.push_back(hash());
+        ASSERT_TRUE(play->redo());
+      }
+      ASSERT_EQ(hash(), then);
+      (void)there, (void)tick;
+    }
+  }
+}
+
+TEST_F(Played, TheHistoryStaysWithinItsBytesAndSaysWhatCanStillBeUndone) {
+  world::World w = small_world();
+  History history(w, 100'000);
+  history.begin(0, std::nullopt);
+  for (uint64_t tick = 1; tick < 60; ++tick) {
+    const world::EditBatch batch = box_of({0, 20, 0}, {31, 30, 31}, id(tick % 2 ? "granite" : "glass"));
+    history.begin(tick, batch);
+    ASSERT_TRUE(w.store.apply(batch).ok());
+  }
+  EXPECT_LT(history.undo_steps(), 59u);
+  EXPECT_GE(history.undo_steps(), 1u);
+  size_t undone = 0;
+  for (uint64_t tick = 60; history.undo(tick); ++undone) {
+  }
+  EXPECT_GE(undone, 1u);
+}
+
+TEST_F(Played, MovedMatterIsInTheBooksAfterUndoToo) {
+  edit(box_of({30, 10, 30}, {33, 13, 33}, id("water")));
+  steps(30);
+  ASSERT_TRUE(play->undo());
+  edit(box_of({20, 10, 30}, {22, 13, 33}, id("water")));
+  steps(30);
+  for (const sim::LedgerRow& row : play->matter().ledger()) EXPECT_TRUE(row.exact()) << row.substance;
+}
+
+TEST_F(Played, APlayerWalksJumpsAndFlies) {
+  play->teleport({{20, 8, 50}, {0.5, 0, 0.5}});
+  WalkInput forward;
+  forward.south = -1024;
+  for (int n = 0; n < 60; ++n) play->walk(forward);
+  const WalkState walked = play->walker().state();
+  EXPECT_NEAR(50.5 - (walked.foot.voxel.z + walked.foot.fraction.z), 4.3, 0.4);
+  EXPECT_EQ(walked.foot.voxel.y, 8);
+  WalkInput up;
+  up.jump = true;
+  double highest = 0;
+  for (int n = 0; n < 40; ++n) {
+    play->walk(n == 0 ? up : WalkInput{});
+    highest = std::max(highest, play->walker().state().foot.voxel.y + play->walker().state().foot.fraction.y - 8);
+  }
+  EXPECT_NEAR(highest, sim::kJumpHeight, 0.15);
+  play->set_mode(true, false);
+  for (int n = 0; n < 60; ++n) play->walk(up);
+  EXPECT_GT(play->walker().state().foot.voxel.y, 14);
+  for (int n = 0; n < 60; ++n) play->walk({});
+  const world::WorldPoint hangs = play->walker().state().foot;
+  for (int n = 0; n < 60; ++n) play->walk({});
+  EXPECT_EQ(play->walker().state().foot.voxel, hangs.voxel);
+  // Through the ground.
+  play->set_mode(true, true);
+  WalkInput down;
+  down.crouch = true;
+  for (int n = 0; n < 180; ++n) play->walk(down);
+  EXPECT_LT(play->walker().state().foot.voxel.y, 0);
+}
+
+// ---- recordings ----
+
+TEST(PlayLog, ASessionRepeatsToTheSameHash) {
+  const world::TemporaryFolder folder;
+  world::ImportReport report;
+  world::World world = *world::build_world(*world::load_scene("dam"), report);
+  auto play = std::move(*PlaySimulation::make(world));
+  const std::string path = folder / "session.log";
+  {
+    auto log = std::move(*PlayLogWriter::open(path, "dam", play->hash()));
+    const auto walk = [&](const WalkInput& input, int n) {
+      for (int i = 0; i < n; ++i) {
+        log->walk(input), play->walk(input);
+        if (i % 3 == 2) log->matter(), play->step_matter();
+      }
+    };
+    WalkInput input;
+    input.south = -700, input.sprint = true;
+    log->mode(true, false), play->set_mode(true, false);
+    walk(input, 90);
+    const world::VoxelBox box = world.store.bounds();
+    const VoxelPos middle{(box.min.x + box.max.x) / 2, box.max.y, (box.min.z + box.max.z) / 2};
+    const world::EditBatch batch = sphere_of(middle, 3, *world.palette->find("sand"));
+    log->edit(batch, *world.palette);
+    ASSERT_TRUE(play->edit(batch).ok());
+    walk({}, 60);
+    log->note("undo"), play->undo();
+    walk(input, 30);
+    log->note("redo"), play->redo();
+    log->note("back"), play->step_back();
+    log->teleport({middle, world::Vec3d(0.25)}), play->teleport({middle, world::Vec3d(0.25)});
+    walk({}, 30);
+    log->mark(play->tick(), play->hash());
+    EXPECT_TRUE(log->ok());
+  }
+  ASSERT_TRUE(is_play_log(path));
+  auto log = read_play_log(path);
+  ASSERT_TRUE(log.ok()) << log.error().message;
+  const auto replayed = replay_play(*log);
+  ASSERT_TRUE(replayed.ok()) << replayed.error().message;
+  EXPECT_TRUE(replayed->equal);
+  EXPECT_EQ(replayed->marks, 2u);
+  EXPECT_EQ(replayed->hash, play->hash());
+  // One edit more or less is noticed.
+  std::erase_if(log->events, [](const PlayEvent& e) { return e.kind == PlayEvent::Kind::redo; });
+  EXPECT_FALSE(replay_play(*log)->equal);
+}
+
+// ---- the thread ----
+
+TEST(SimThread, EditsAreDoneAtOnceAlsoWhileTimeStands) {
+  auto played = std::make_unique<PlayedWorld>();
+  played->own = std::make_unique<world::World>(small_world());
+  const world::BlockId glass = *played->own->palette->find("glass");
+  auto made = SimThread::make(std::move(played), {});
+  ASSERT_TRUE(made.ok());
+  SimThread& thread = **made;
+  thread.start();
+  PlayRequest pause;
+  pause.kind = PlayRequest::Kind::pause, pause.on = true;
+  thread.ask(pause);
+  PlayRequest request;
+  request.edit = box_of({40, 8, 40}, {41, 9, 41}, glass);
+  const uint64_t number = thread.ask(request);
+  thread.wait_for(number, 5);
+  EXPECT_GE(thread.state().applied, number);
+  EXPECT_TRUE(thread.state().paused);
+  const uint64_t tick = thread.state().tick;
+  LeafValuesMap changes;
+  EXPECT_GE(thread.take_changes(changes), number);
+  ASSERT_TRUE(changes.contains(world::leaf_from_voxel({40, 8, 40})));
+  EXPECT_EQ(changes[world::leaf_from_voxel({40, 8, 40})][static_cast<size_t>(world::index_in_leaf({40, 8, 40}))],
+            glass);
+  PlayRequest step;
+  step.kind = PlayRequest::Kind::step;
+  thread.wait_for(thread.ask(step), 5);
+  EXPECT_EQ(thread.state().tick, tick + 1);
+  EXPECT_TRUE(thread.stop(0, 0).ok());
+}
+
+TEST(SimThread, TheWorldIsSavedWhereItEndsAndGoesOnThere) {
+  const world::TemporaryFolder folder;
+  setenv("LOAM_DATA", (folder / ".").c_str(), 1);
+  uint64_t hash = 0;
+  std::filesystem::path path;
+  {
+    auto opened = open_world({.scene = "dam", .generator = {}, .name = {}});
+    ASSERT_TRUE(opened.ok()) << opened.error().message;
+    path = opened->played->path;
+    auto thread = std::move(*SimThread::make(std::move(opened->played), {}));
+    thread->start();
+    PlayRequest request;
+    request.edit = box_of({0, 40, 0}, {1, 40, 1}, world::BlockId{1});
+    thread->wait_for(thread->ask(request), 5);
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    ASSERT_TRUE(thread->stop(1.5, -0.25).ok());
+    hash = thread->played().world().store.content_hash();
+  }
+  auto again = open_world({.scene = path.string(), .generator = {}, .name = {}});
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  EXPECT_EQ(again->played->world().store.content_hash(), hash);
+  const Start start = start_of(again->played->world());
+  EXPECT_EQ(start.yaw, 1.5);
+  EXPECT_EQ(start.pitch, -0.25);
+  unsetenv("LOAM_DATA");
+}
+
+}  // namespace
+}  // namespace tools
