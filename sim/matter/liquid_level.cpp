@@ -19,9 +19,6 @@ namespace {
 
 constexpr int kTileLeaves = 16;
 constexpr int kMostGiven = kFullVoxel;
-/// Beyond this difference a voxel that has become full presses liquid into the air above it in the same round, and so
-/// much: else a narrow mouth below a wide basin gives no more than what flows off its own voxels to the sides.
-constexpr int kPressure = 2 * kFullVoxel, kMostPressed = 2;  // voxels
 constexpr size_t kLeavesATask = 32;
 constexpr int kOrderBits = 22;
 constexpr size_t kTileSize = size_t{kTileLeaves} * kTileLeaves * kTileLeaves;
@@ -242,26 +239,13 @@ void LiquidLevels::sort_tops(const Cells& cells) {
 
 void LiquidLevels::change(PageId p, int index, int by) {
   pages_->add(p, index, by);
-  if (p >= is_touched_.size()) is_touched_.resize(p + 1);  // pressing opens pages
   if (is_touched_[p]) return;
   is_touched_[p] = 1;
   touched_.push_back(p);
 }
 
-/// Whether full voxels stand beside one: then it may be a top of its own.
-bool LiquidLevels::has_full_side(Cells& cells, PageId p, int index) {
-  const VoxelPos o = world::offset_in_leaf(index);
-  for (const world::Face face : {world::kFaceNegX, world::kFacePosX, world::kFaceNegZ, world::kFacePosZ}) {
-    const VoxelPos step = world::face_step(face), next = o + step;
-    const bool inside = next.x >= 0 && next.x < world::kLeafSize && next.z >= 0 && next.z < world::kLeafSize;
-    const PageId page = inside ? p : page_beside(cells, p, step.x, 0, step.z);
-    if (page != kClosedPage && masks_beside(cells, page).full.test(world::index_in_leaf(next))) return true;
-  }
-  return false;
-}
-
 /// Moves from the highest tops to the lowest.
-bool LiquidLevels::level_body(Cells& cells) {
+bool LiquidLevels::level_body(const Cells& cells) {
   if (tops_.size() < 2) return false;
   const auto [least, most] =
       std::minmax_element(tops_.begin(), tops_.end(), [](const Top& a, const Top& b) { return a.key < b.key; });
@@ -291,33 +275,9 @@ bool LiquidLevels::level_body(Cells& cells) {
     given_all = 0;
     if (--high > low) gives = can_give(top(high)), head_from = top(high).head();
   };
-  struct Place {
-    PageId page;
-    int index;
-  };
-  const auto above = [&](Place p) -> Place {
-    if ((p.index & 56) != 56) return {p.page, p.index + 8};
-    return {page_beside(cells, p.page, 0, 1, 0), p.index - 56};
-  };
-  bool pressed = false;  // what lies lowest takes more than its voxel holds
-  const auto can_press = [&](const Top& t) {
-    int room = 0;
-    for (Place p{t.page, t.voxel()}; !t.is_beside() && room < kMostPressed * kFullVoxel; room += kFullVoxel) {
-      p = above(p);
-      if (p.page == kClosedPage || !masks_beside(cells, p.page).air.test(p.index) ||
-          has_full_side(cells, p.page, p.index))
-        break;
-    }
-    return room;
-  };
   const auto leave_low = [&] {
-    Place p{top(low).page, top(low).voxel()};
-    for (int room = kFullVoxel - top(low).amount; taken_all > 0; room = kFullVoxel, p = above(p)) {
-      const int taken = std::min(taken_all, room);
-      if (taken > 0) change(p.page, p.index, taken);
-      taken_all -= taken;
-    }
-    taken_all = 0, pressed = false;
+    if (taken_all > 0) change(top(low).page, top(low).voxel(), taken_all);
+    taken_all = 0;
     if (++low < high) takes = can_take(top(low)), head_to = top(low).head();
   };
   while (low < high) {
@@ -335,8 +295,6 @@ bool LiquidLevels::level_body(Cells& cells) {
     // Two that are level now are done; else the one that can't give or take more.
     const bool level = given >= difference / 2;
     if (level || gives == 0) leave_high();
-    if (!level && takes == 0 && !pressed && head_from - head_to >= kPressure)
-      pressed = true, takes = std::min(can_press(top(low)), (head_from - head_to) / 4);
     if (level || takes == 0) leave_low();
   }
   if (given_all > 0) leave_high();

@@ -79,8 +79,7 @@ class LiquidLevels {
   const world::LeafMask* full_of_body(world::LeafPos place) const;
   void tops_of_leaf(const Surface& in, world::LeafPos low, uint64_t salt, std::vector<Top>& tops) const;
   void sort_tops(const Cells& cells);
-  bool has_full_side(Cells& cells, PageId p, int index);
-  bool level_body(Cells& cells);
+  bool level_body(const Cells& cells);
   void change(PageId p, int index, int by);
   void store_changes(Cells& cells);
 
