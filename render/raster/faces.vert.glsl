@@ -10,6 +10,8 @@ layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
 layout(binding = kBindFaces, std430) readonly buffer Faces { uvec2 faces[]; };
 layout(binding = kBindChunks, std430) readonly buffer Chunks { ivec4 chunks[]; };
 
+#include "render/raster/face_vertex.glsl.h"
+
 layout(location = 0) flat out uvec2 seen;
 layout(location = 2) flat out uint detail;
 layout(location = 1) flat out vec4 rectangle;  // low u, low v, high u, high v, relative to the camera
@@ -40,35 +42,5 @@ void main() {
     return;
   }
   const bool high_u = (gl_VertexIndex & 1) != 0, high_v = (gl_VertexIndex & 2) != 0;
-  vec3 point;
-  // Clipping in float can't place a face whose plane is close for its size. With exact edges such a face, where it is
-  // near the camera's foot on its plane, asks all pixels, in front of everything: it is nearer wherever it is seen at
-  // more than a tenth of a pixel. Else it is scaled about the camera, which looks the same.
-  if (kExactEdges && abs(offset) < kNearestFace && all(lessThan(low, vec2(1))) && all(greaterThan(high, vec2(-1)))) {
-    gl_Position = vec4(high_u ? 1 : -1, high_v ? 1 : -1, 1, 1);
-    return;
-  }
-  point[axis] = offset;
-  point[u] = high_u ? high.x : low.x;
-  point[v] = high_v ? high.y : low.y;
-  const float distance = max(abs(offset), kNearestFace);
-  point *= distance / abs(offset);
-  if (kExactEdges) {
-    // Vertices are rounded to 1/256 pixel. Move each edge outwards by a little more on the screen, so that every pixel
-    // that the exact face covers is asked; the fragment shader answers exactly. An edge along v that moves by e along u
-    // moves by e * (f^2 h / z^3) / |dP/dv| pixels, with |dP/dv| = f / z^2 |v z - p v_forward| and h the distance of the plane.
-    const float depth = dot(picture.clip_w.xyz, point);
-    if (depth > 0.0) {
-      vec3 along_u = -point * picture.clip_w[u], along_v = -point * picture.clip_w[v];
-      along_u[u] += depth;
-      along_v[v] += depth;
-      const float scale = picture.screen.z * depth / distance;
-      const vec2 move = min(scale * vec2(length(along_v), length(along_u)), vec2(0.5 * depth));
-      point[u] += high_u ? move.x : -move.x;
-      point[v] += high_v ? move.y : -move.y;
-    }
-  }
-  // Reversed depth, infinite far plane: depth = near / distance.
-  gl_Position = vec4(dot(picture.clip_x.xyz, point), dot(picture.clip_y.xyz, point), picture.fraction.w,
-                     dot(picture.clip_w.xyz, point));
+  gl_Position = placed_corner(axis, u, v, offset, low, high, high_u, high_v);
 }

@@ -26,11 +26,7 @@ void main() {
   const vec3 direction = ray * inverse_length;
   const InterfaceShares shares = shares_of(i, direction);
   if (kAddsShown) {
-    vec3 shown = shares.mirrored * sky_radiance(mirrored_direction(i, direction));
-    if (kLayerMatte && shares.matte > 0.0)
-      shown += shares.matte * matte_radiance(i, ray, direction);
-    else if (i.outside)
-      shown += layer_blocks[i.owner].emitted.xyz;
+    vec3 shown = shown_radiance(i, shares, ray, direction);
     // Nearer interfaces scale what lies behind them; what this one mirrors or shows is radiance as the eye sees it.
     shown *= radiance_scale(layer_blocks[i.near].absorption.w, layer_blocks[layers.eye.x].absorption.w);
     shown_out = vec4(shown, 0);

@@ -69,4 +69,14 @@ vec3 matte_radiance(Interface i, vec3 ray, vec3 direction) {
       face_point(uint(layer_blocks[i.owner].block.x), i.face, i.t * ray + picture.fraction.xyz, i.plane, -direction));
 }
 
+/// What it mirrors of the sky, scatters and emits: radiance beside it, before what lies nearer scales it.
+vec3 shown_radiance(Interface i, InterfaceShares shares, vec3 ray, vec3 direction) {
+  vec3 shown = shares.mirrored * sky_radiance(mirrored_direction(i, direction));
+  if (kLayerMatte && shares.matte > 0.0)
+    shown += shares.matte * matte_radiance(i, ray, direction);
+  else if (i.outside)
+    shown += layer_blocks[i.owner].emitted.xyz;
+  return shown;
+}
+
 #endif

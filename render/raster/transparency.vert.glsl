@@ -12,6 +12,8 @@ layout(constant_id = kSpecSortedRecords) const bool kSortedRecords = false;
 layout(binding = kBindLayerSorted, std430) readonly buffer Sorted { uvec4 sorted[]; };
 layout(binding = kBindLayerChunks, std430) readonly buffer Chunks { ivec4 chunks[]; };
 
+#include "render/raster/face_vertex.glsl.h"
+
 layout(location = 0) flat out uvec2 seen;      // packed interface, plane
 layout(location = 1) flat out vec4 rectangle;  // low u, low v, high u, high v, relative to the camera
 
@@ -34,30 +36,5 @@ void main() {
   rectangle = vec4(low, high);
 
   const bool high_u = (gl_VertexIndex & 1) != 0, high_v = (gl_VertexIndex & 2) != 0;
-  // A plane too close for clipping in float asks all pixels, as in faces.vert.glsl.
-  if (kExactEdges && abs(offset) < kNearestFace && all(lessThan(low, vec2(1))) && all(greaterThan(high, vec2(-1)))) {
-    gl_Position = vec4(high_u ? 1 : -1, high_v ? 1 : -1, 1, 1);
-    return;
-  }
-  vec3 point;
-  point[axis] = offset;
-  point[u] = high_u ? high.x : low.x;
-  point[v] = high_v ? high.y : low.y;
-  const float distance = max(abs(offset), kNearestFace);
-  point *= distance / abs(offset);
-  if (kExactEdges) {
-    // Outwards by a little more than vertices are rounded, so that every pixel that the exact face covers is asked.
-    const float depth = dot(picture.clip_w.xyz, point);
-    if (depth > 0.0) {
-      vec3 along_u = -point * picture.clip_w[u], along_v = -point * picture.clip_w[v];
-      along_u[u] += depth;
-      along_v[v] += depth;
-      const float scale = picture.screen.z * depth / distance;
-      const vec2 move = min(scale * vec2(length(along_v), length(along_u)), vec2(0.5 * depth));
-      point[u] += high_u ? move.x : -move.x;
-      point[v] += high_v ? move.y : -move.y;
-    }
-  }
-  gl_Position = vec4(dot(picture.clip_x.xyz, point), dot(picture.clip_y.xyz, point), picture.fraction.w,
-                     dot(picture.clip_w.xyz, point));
+  gl_Position = placed_corner(axis, u, v, offset, low, high, high_u, high_v);
 }
