@@ -6,6 +6,7 @@
 
 #include "overlay.frag.spv.h"
 #include "overlay.vert.spv.h"
+#include "render/gpu/barrier.h"
 
 namespace render::gpu {
 
@@ -29,22 +30,6 @@ world::Result<Owned<VkSampler>> make_sampler(Device& device, VkFilter filter) {
   VkSampler sampler = VK_NULL_HANDLE;
   VK_CHECK(vkCreateSampler(device.handle(), &info, nullptr, &sampler));
   return Owned<VkSampler>(device, sampler);
-}
-
-void texture_barrier(VkCommandBuffer commands, VkImage image, VkImageLayout from, VkPipelineStageFlags2 stage_from,
-                     VkAccessFlags2 access_from, VkImageLayout to, VkPipelineStageFlags2 stage_to,
-                     VkAccessFlags2 access_to) {
-  auto barrier = vk_info<VkImageMemoryBarrier2>(VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2);
-  barrier.srcStageMask = stage_from, barrier.srcAccessMask = access_from;
-  barrier.dstStageMask = stage_to, barrier.dstAccessMask = access_to;
-  barrier.oldLayout = from, barrier.newLayout = to;
-  barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
-  barrier.image = image;
-  barrier.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
-  auto info = vk_info<VkDependencyInfo>(VK_STRUCTURE_TYPE_DEPENDENCY_INFO);
-  info.imageMemoryBarrierCount = 1;
-  info.pImageMemoryBarriers = &barrier;
-  vkCmdPipelineBarrier2(commands, &info);
 }
 
 world::Status fill(Device& device, Buffer& buffer, const void* data, size_t bytes, VkBufferUsageFlags usage) {
@@ -203,16 +188,17 @@ void Overlay::record_uploads(VkCommandBuffer commands) {
   for (auto& [id, texture] : textures_) {
     if (!texture.changed) continue;
     const VkImageLayout before = texture.fresh ? VK_IMAGE_LAYOUT_UNDEFINED : VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
-    texture_barrier(commands, texture.image.handle, before, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, 0,
-                    VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT);
+    constexpr Access kCopied{VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT};
+    layout_barrier(commands, texture.image.handle, VK_IMAGE_ASPECT_COLOR_BIT, before,
+                   {VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, 0}, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, kCopied);
     VkBufferImageCopy copy{};
     copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
     copy.imageExtent = {texture.image.extent.width, texture.image.extent.height, 1};
     vkCmdCopyBufferToImage(commands, texture.staging.handle, texture.image.handle, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
                            1, &copy);
-    texture_barrier(commands, texture.image.handle, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_PIPELINE_STAGE_2_COPY_BIT,
-                    VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
-                    VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
+    layout_barrier(commands, texture.image.handle, VK_IMAGE_ASPECT_COLOR_BIT, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
+                   kCopied, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
+                   {VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT});
     texture.fresh = texture.changed = false;
   }
 }

@@ -3,27 +3,13 @@
 #include <algorithm>
 #include <cstring>
 
+#include "render/gpu/barrier.h"
+
 namespace render::gpu {
 
 namespace {
 
 constexpr uint64_t kAcquireWaitNs = 500'000'000;  // a window that nobody sees may give no image for long
-
-void swapchain_barrier(VkCommandBuffer commands, VkImage image, VkImageLayout from, VkImageLayout to,
-                       VkPipelineStageFlags2 stage_from, VkAccessFlags2 access_from, VkPipelineStageFlags2 stage_to,
-                       VkAccessFlags2 access_to) {
-  auto barrier = vk_info<VkImageMemoryBarrier2>(VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2);
-  barrier.srcStageMask = stage_from, barrier.srcAccessMask = access_from;
-  barrier.dstStageMask = stage_to, barrier.dstAccessMask = access_to;
-  barrier.oldLayout = from, barrier.newLayout = to;
-  barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
-  barrier.image = image;
-  barrier.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
-  auto info = vk_info<VkDependencyInfo>(VK_STRUCTURE_TYPE_DEPENDENCY_INFO);
-  info.imageMemoryBarrierCount = 1;
-  info.pImageMemoryBarriers = &barrier;
-  vkCmdPipelineBarrier2(commands, &info);
-}
 
 }  // namespace
 
@@ -200,9 +186,11 @@ world::Status Window::draw(uint32_t image, const OverlayList& list) {
   TRY_STATUS(device_->run([&](VkCommandBuffer commands) {
     overlay_.record_uploads(commands);
     constexpr VkPipelineStageFlags2 kDraws = VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT;
-    swapchain_barrier(commands, images_[image], VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                      kDraws, 0, kDraws,
-                      VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT);
+    const auto barrier = [&](VkImageLayout from_layout, Access from, VkImageLayout to_layout, Access to) {
+      layout_barrier(commands, images_[image], VK_IMAGE_ASPECT_COLOR_BIT, from_layout, from, to_layout, to);
+    };
+    barrier(VK_IMAGE_LAYOUT_UNDEFINED, {kDraws, 0}, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+            {kDraws, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT});
     auto target = vk_info<VkRenderingAttachmentInfo>(VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO);
     target.imageView = views_[image];
     target.imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
@@ -218,19 +206,17 @@ world::Status Window::draw(uint32_t image, const OverlayList& list) {
     overlay_.record(commands, list, extent_);
     vkCmdEndRendering(commands);
     VkImageLayout layout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
-    VkPipelineStageFlags2 stage = kDraws;
-    VkAccessFlags2 access = VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT;
+    Access done{kDraws, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT};
     if (copies) {
-      swapchain_barrier(commands, images_[image], layout, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, stage, access,
-                        VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT);
+      barrier(layout, done, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+              {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT});
       VkBufferImageCopy copy{};
       copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
       copy.imageExtent = {extent_.width, extent_.height, 1};
       vkCmdCopyImageToBuffer(commands, images_[image], VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, copy_.handle, 1, &copy);
-      layout = VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, stage = VK_PIPELINE_STAGE_2_COPY_BIT, access = 0;
+      layout = VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, done = {VK_PIPELINE_STAGE_2_COPY_BIT, 0};
     }
-    swapchain_barrier(commands, images_[image], layout, VK_IMAGE_LAYOUT_PRESENT_SRC_KHR, stage, access,
-                      VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, 0);
+    barrier(layout, done, VK_IMAGE_LAYOUT_PRESENT_SRC_KHR, {VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, 0});
   }));
   if (copies) TRY_STATUS(copy_out());
   return {};

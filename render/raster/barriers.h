@@ -1,15 +1,11 @@
 /// Barriers between passes. Images stay in VK_IMAGE_LAYOUT_GENERAL.
 #pragma once
 
-#include "render/gpu/vulkan.h"
+#include "render/gpu/barrier.h"
 
 namespace render::raster {
 
-/// A stage of the pipeline and what it does to memory.
-struct Access {
-  VkPipelineStageFlags2 stages;
-  VkAccessFlags2 access;
-};
+using gpu::Access;
 
 constexpr Access kNothing{VK_PIPELINE_STAGE_2_NONE, 0};
 constexpr Access kComputeRead{VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
