@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <chrono>
-#include <ctime>
 #include <exception>
 
 #include <fmt/format.h>
 
+#include "tools/bench/cpu_clock.h"
 #include "tools/bench/statistics.h"
 #include "world/base/random.h"
 
@@ -27,13 +27,6 @@ std::vector<AbsentCase> absent_cases() {
 namespace {
 
 constexpr int kLeastRounds = 3, kMostRounds = 200, kResamples = 500;
-
-/// Processor time of all threads: other programs don't stretch it much.
-double cpu_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 /// The median of the ratios, and where 95 % of the medians of samples drawn from them lie.
 /// source  Bradley Efron. Bootstrap Methods: Another Look at the Jackknife. 1979
@@ -79,9 +72,9 @@ Status measure(const AbsentCase& the_case, BenchContext& context, double seconds
   for (int round = 0; round < kMostRounds; ++round) {
     double times[2];
     for (const size_t i : shuffled_order(2, context.seed(), static_cast<uint64_t>(round))) {
-      const double before = cpu_seconds();
+      const double before = cpu_seconds(CLOCK_PROCESS_CPUTIME_ID);
       TRY_STATUS((i ? pair.with() : pair.without()));
-      times[i] = cpu_seconds() - before;
+      times[i] = cpu_seconds(CLOCK_PROCESS_CPUTIME_ID) - before;
     }
     ratios.push_back(times[1] / std::max(times[0], 1e-9));
     const double spent = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -50,6 +50,19 @@ class TimeLeft {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+/// What run() gives for each of them, with progress on stderr.
+template <class Case, class Name, class Run>
+auto run_each(const std::vector<Case>& cases, Name name_of, Run run) {
+  std::vector<decltype(run(cases.front()))> results;
+  const TimeLeft time_left(cases.size());
+  for (const Case& c : cases) {
+    show_progress(results.size(), cases.size(), name_of(c) + time_left.text(results.size()));
+    results.push_back(run(c));
+  }
+  show_progress(cases.size(), cases.size(), "done");
+  return results;
+}
+
 world::Error unknown(const std::string& kind, const std::string& name, const std::vector<std::string>& known) {
   const std::string nearest = world::nearest_text(name, known);
   std::string all;
@@ -122,13 +135,9 @@ Result<int> bench_run(const Registry& registry, const BenchRequest& request) {
   const RunOptions options = run_options(request);
   const Machine machine = this_machine();
   BenchContext context(request.quick, request.seed);
-  std::vector<RowResult> results;
-  TimeLeft time_left(rows.size());
-  for (const Registry::Row& row : rows) {
-    show_progress(results.size(), rows.size(), row.suite + "/" + row.bench.name + time_left.text(results.size()));
-    results.push_back(run_row(row, context, options));
-  }
-  show_progress(rows.size(), rows.size(), "done");
+  const std::vector<RowResult> results = run_each(
+      rows, [](const Registry::Row& row) { return row.suite + "/" + row.bench.name; },
+      [&](const Registry::Row& row) { return run_row(row, context, options); });
   if (request.json)
     std::cout << run_json(machine, options, results).dump(2) << '\n';
   else
@@ -218,19 +227,15 @@ Result<std::vector<Case>> select_cases(std::vector<Case> all, const std::vector<
 }  // namespace
 
 Result<int> bench_absent(const BenchRequest& request) {
+  const auto effect_of = [](const AbsentCase& c) { return c.effect; };
   TRY(const std::vector<AbsentCase> cases,
       select_cases(
           absent_cases(), request.names, [](const AbsentCase& c) { return c.effect; }, "effect"));
   const RunOptions options = run_options(request);
   const Machine machine = this_machine();
   BenchContext context(request.quick, request.seed);
-  std::vector<AbsentRow> rows;
-  TimeLeft time_left(cases.size());
-  for (const AbsentCase& c : cases) {
-    show_progress(rows.size(), cases.size(), c.effect + time_left.text(rows.size()));
-    rows.push_back(run_absent(c, context, options.quick ? 0.3 : 3));
-  }
-  show_progress(cases.size(), cases.size(), "done");
+  const std::vector<AbsentRow> rows =
+      run_each(cases, effect_of, [&](const AbsentCase& c) { return run_absent(c, context, options.quick ? 0.3 : 3); });
   if (request.json)
     std::cout << absent_json(machine, options, rows).dump(2) << '\n';
   else
@@ -240,18 +245,14 @@ Result<int> bench_absent(const BenchRequest& request) {
 }
 
 Result<int> bench_stability(const BenchRequest& request) {
+  const auto id_of = [](const StabilityCase& c) { return c.id; };
   TRY(const std::vector<StabilityCase> cases,
       select_cases(
           stability_cases(), request.names, [](const StabilityCase& c) { return c.id; }, "hard case"));
   const Machine machine = this_machine();
   BenchContext context(request.quick, request.seed);
-  std::vector<StabilityRow> rows;
-  TimeLeft time_left(cases.size());
-  for (const StabilityCase& c : cases) {
-    show_progress(rows.size(), cases.size(), c.id + time_left.text(rows.size()));
-    rows.push_back(run_stability(c, context));
-  }
-  show_progress(cases.size(), cases.size(), "done");
+  const std::vector<StabilityRow> rows =
+      run_each(cases, id_of, [&](const StabilityCase& c) { return run_stability(c, context); });
   if (request.json)
     std::cout << stability_json(machine, rows).dump(2) << '\n';
   else

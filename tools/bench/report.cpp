@@ -9,12 +9,13 @@
 
 namespace tools {
 
+Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(); }
+
 namespace {
 
 Json number_or_null(const std::optional<double>& value) {
   return value && std::isfinite(*value) ? Json(*value) : Json();
 }
-Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
 Json spread_json(const Spread& s) {
   return {{"median", number_or_null(s.median)}, {"q1", number_or_null(s.q1)},       {"q3", number_or_null(s.q3)},

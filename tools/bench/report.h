@@ -13,6 +13,8 @@ namespace tools {
 
 using Json = nlohmann::ordered_json;
 
+/// Null where it isn't finite.
+Json number_or_null(double value);
 Json machine_json(const Machine& machine);
 /// {"machine", "commit", "quick", "rows": [{suite, name, value, unit, better, rival, rival_value, ratio, reach, met,
 /// ...}]} Absent values are null. `ratio` above 1 means better than the rival, whichever way `better` points. Where a

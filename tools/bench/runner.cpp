@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <ctime>
 #include <exception>
 #include <limits>
 
+#include "tools/bench/cpu_clock.h"
 #include "world/base/jobs.h"
 
 namespace tools {
@@ -20,11 +20,6 @@ double wall_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-double cpu_seconds(clockid_t clock) {
-  timespec t{};
-  clock_gettime(clock, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 double thread_seconds() { return cpu_seconds(CLOCK_THREAD_CPUTIME_ID); }
 
 struct Repetition {

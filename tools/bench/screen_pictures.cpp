@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "render/image/error_metrics.h"
 #include "tools/picture.h"
 
 namespace tools {
@@ -32,6 +33,12 @@ double relative_rms_of(const render::Image& image, const render::Image& referenc
       squares += (got - known) * (got - known), all += known * known;
     }
   return std::sqrt(squares / all);
+}
+
+ErrorSample picture_error(const render::Image& image, const render::Image& reference) {
+  if (image.pixels.size() != reference.pixels.size()) return ErrorSample{{std::nan(""), std::nan("")}, 0};
+  const render::ErrorMetrics metrics = render::compare_images(image, reference).metrics;
+  return ErrorSample{{relative_rms_of(image, reference), metrics.flip}, metrics.bias};
 }
 
 }  // namespace tools

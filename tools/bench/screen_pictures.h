@@ -26,5 +26,7 @@ class PictureMaker {
 
 /// RMS difference of all bands over the RMS of the reference; NaN where their sizes differ.
 double relative_rms_of(const render::Image& image, const render::Image& reference);
+/// That, mean FLIP, and the bias; NaN as above.
+ErrorSample picture_error(const render::Image& image, const render::Image& reference);
 
 }  // namespace tools

@@ -66,18 +66,17 @@ std::string stability_text(const std::vector<StabilityRow>& rows) {
 }
 
 Json stability_json(const Machine& machine, const std::vector<StabilityRow>& rows) {
-  const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
   Json json = {{"machine", machine_json(machine)}, {"commit", build_commit()}};
   json["rows"] = Json::array();
   for (const StabilityRow& r : rows)
     json["rows"].push_back({{"id", r.of->id},
                             {"claim", r.of->claim},
-                            {"error", number(r.error)},
+                            {"error", number_or_null(r.error)},
                             {"bound", r.of->bound},
                             {"unit", r.of->unit},
-                            {"margin", number(r.of->bound / std::abs(r.error))},
+                            {"margin", number_or_null(r.of->bound / std::abs(r.error))},
                             {"met", r.fault.empty()},
-                            {"naive", r.naive ? number(*r.naive) : Json()},
+                            {"naive", r.naive ? number_or_null(*r.naive) : Json()},
                             {"origin", r.of->origin},
                             {"ms", r.ms},
                             {"fault", r.fault.empty() ? Json() : Json(r.fault)}});

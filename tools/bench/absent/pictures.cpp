@@ -7,6 +7,7 @@
 #include "render/backend.h"
 #include "tools/bench/absent.h"
 #include "tools/picture.h"
+#include "tools/bench/world_fill.h"
 #include "world/base/random.h"
 #include "world/media/medium.h"
 
@@ -19,13 +20,8 @@ constexpr int kWidth = 192, kHeight = 108;
 /// Steps of granite around a block of plaster, under sun and sky.
 std::shared_ptr<world::World> plain_world() {
   auto made = std::make_shared<world::World>(world::standard_blocks());
-  const auto fill = [&](world::VoxelPos low, world::VoxelPos high, const char* name) {
-    world::EditBatch batch;
-    batch.fill({low, high}, made->palette->find(name).value());
-    CHECK(made->store.apply(batch).ok());
-  };
-  for (int i = 0; i < 12; ++i) fill({2 * i, 0, 2 * i}, {63 - 2 * i, i, 63 - i}, "granite");
-  fill({24, 12, 28}, {36, 24, 36}, "plaster");
+  for (int i = 0; i < 12; ++i) fill_block(*made, {{2 * i, 0, 2 * i}, {63 - 2 * i, i, 63 - i}}, "granite");
+  fill_block(*made, {{24, 12, 28}, {36, 24, 36}}, "plaster");
   return made;
 }
 

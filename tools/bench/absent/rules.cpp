@@ -4,6 +4,7 @@
 
 #include "sim/matter/matter.h"
 #include "tools/bench/absent.h"
+#include "tools/bench/world_fill.h"
 
 namespace tools {
 
@@ -14,17 +15,14 @@ constexpr int kTicks = 48, kHeap = 24, kLongestTicks = 4000;
 /// A floor of granite `edge` m wide with a cube of `heap` m above it, which moves for as long as a run takes.
 std::unique_ptr<world::World> world_with(const char* block, int heap, int edge = 64) {
   auto made = std::make_unique<world::World>(world::standard_blocks());
-  const auto fill = [&](world::VoxelPos low, world::VoxelPos high, const char* name) {
-    world::EditBatch batch;
-    batch.fill({low, high}, made->palette->find(name).value());
-    CHECK(made->store.apply(batch).ok());
-  };
   // With walls, so that water comes to rest.
-  fill({0, 0, 0}, {edge - 1, 47, edge - 1}, "granite");
-  fill({1, 8, 1}, {edge - 2, 47, edge - 2}, "air");
+  fill_block(*made, {{0, 0, 0}, {edge - 1, 47, edge - 1}}, "granite");
+  fill_block(*made, {{1, 8, 1}, {edge - 2, 47, edge - 2}}, "air");
   const int half = heap / 2, middle = edge / 2;
   if (heap > 0)
-    fill({middle - half, 20, middle - half}, {middle - half + heap - 1, 19 + heap, middle - half + heap - 1}, block);
+    fill_block(*made,
+               {{middle - half, 20, middle - half}, {middle - half + heap - 1, 19 + heap, middle - half + heap - 1}},
+               block);
   return made;
 }
 

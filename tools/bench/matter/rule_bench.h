@@ -6,6 +6,7 @@
 
 #include "sim/matter/matter.h"
 #include "sim/matter/thermal.h"
+#include "tools/bench/world_fill.h"
 #include "world/base/errors.h"
 
 namespace tools {
@@ -18,11 +19,7 @@ struct RuleBench {
   std::vector<sim::PageId> pages;
   uint64_t tick = 0;
 
-  void fill(const world::VoxelBox& box, std::string_view block) {
-    world::EditBatch batch;
-    batch.fill(box, world.palette->find(block).value());
-    CHECK(world.store.apply(batch).ok());
-  }
+  void fill(const world::VoxelBox& box, std::string_view block) { fill_block(world, box, block); }
   /// Opens the leaves of the box.
   void start(std::string_view name, const world::VoxelBox& box) {
     cells = std::make_unique<sim::Cells>(world.store, options.seed, 1, box.min.y);

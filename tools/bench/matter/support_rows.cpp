@@ -1,4 +1,5 @@
 #include "tools/bench/matter/support_rows.h"
+#include "tools/bench/world_fill.h"
 
 #include <cmath>
 
@@ -12,11 +13,6 @@ using world::kAir;
 using world::VoxelPos;
 using world::World;
 
-void fill(World& world, const world::VoxelBox& box, const char* block) {
-  world::EditBatch batch;
-  batch.fill(box, world.palette->find(block).value());
-  CHECK(world.store.apply(batch).ok());
-}
 double support_ms(const sim::Matter& matter) {
   for (const sim::EffectReport& effect : matter.effects())
     if (effect.name == "support") return effect.ms;
@@ -34,11 +30,11 @@ struct Mountain {
   std::unique_ptr<sim::Matter> matter;
   int next = 0;
   Mountain() {
-    fill(world, {{0, 0, 0}, {255, 127, 255}}, "granite");
+    fill_block(world, {{0, 0, 0}, {255, 127, 255}}, "granite");
     for (int y = 8; y < 128; y += 16)
       for (int at = 8; at < 256; at += 16) {
-        fill(world, {{0, y, at}, {255, y + 3, at + 3}}, "air");
-        fill(world, {{at, y, 0}, {at + 3, y + 3, 255}}, "air");
+        fill_block(world, {{0, y, at}, {255, y + 3, at + 3}}, "air");
+        fill_block(world, {{at, y, 0}, {at + 3, y + 3, 255}}, "air");
       }
     matter = std::make_unique<sim::Matter>(world, support());
     for (int i = 0; i < 3; ++i) matter->step();
@@ -49,7 +45,7 @@ struct Mountain {
     const uint64_t r = world::random_bits(1, next++, 0, 0);
     const VoxelPos v{static_cast<int>(r % 250), 20 + static_cast<int>((r >> 8) % 100),
                      static_cast<int>((r >> 16) % 250)};
-    fill(world, {v, v}, "air");
+    fill_block(world, {v, v}, "air");
     const double before = support_ms(*matter);
     matter->step();
     return support_ms(*matter) - before;
@@ -73,12 +69,12 @@ Result<Prepared> prepare_fall(BenchContext&) {
   Prepared prepared;
   prepared.ours = {"in the grid", [] {
                      World world(world::standard_blocks());
-                     fill(world, {{0, 0, 0}, {63, 1, 63}}, "granite");
-                     fill(world, {{8, 100, 8}, {39, 131, 39}}, "brick_stone");
+                     fill_block(world, {{0, 0, 0}, {63, 1, 63}}, "granite");
+                     fill_block(world, {{8, 100, 8}, {39, 131, 39}}, "brick_stone");
                      sim::Matter matter(world, support());
                      for (int i = 0; i < 3; ++i) matter.step();
                      matter.flush();
-                     fill(world, {{8, 131, 8}, {8, 131, 8}}, "air");
+                     fill_block(world, {{8, 131, 8}, {8, 131, 8}}, "air");
                      matter.step();
                      const double before = support_ms(matter);
                      uint64_t voxels = 0;

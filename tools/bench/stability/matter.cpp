@@ -4,6 +4,7 @@
 
 #include "sim/matter/matter.h"
 #include "tools/bench/stability.h"
+#include "tools/bench/world_fill.h"
 #include "world/base/jobs.h"
 #include "world/formats/format.h"
 
@@ -14,15 +15,10 @@ namespace {
 /// A wall of granite round a floor, with heaps of sand and water over it.
 std::unique_ptr<world::World> basin() {
   auto made = std::make_unique<world::World>(world::standard_blocks());
-  const auto fill = [&](world::VoxelPos low, world::VoxelPos high, const char* name) {
-    world::EditBatch batch;
-    batch.fill({low, high}, made->palette->find(name).value());
-    CHECK(made->store.apply(batch).ok());
-  };
-  fill({-1, 0, -1}, {32, 40, 32}, "granite");
-  fill({0, 1, 0}, {31, 40, 31}, "air");
-  fill({4, 6, 4}, {15, 17, 15}, "water");
-  fill({10, 22, 10}, {24, 34, 24}, "sand");
+  fill_block(*made, {{-1, 0, -1}, {32, 40, 32}}, "granite");
+  fill_block(*made, {{0, 1, 0}, {31, 40, 31}}, "air");
+  fill_block(*made, {{4, 6, 4}, {15, 17, 15}}, "water");
+  fill_block(*made, {{10, 22, 10}, {24, 34, 24}}, "sand");
   return made;
 }
 

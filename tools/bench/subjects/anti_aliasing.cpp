@@ -2,7 +2,6 @@
 /// drawn by the rasterizer and by the ray caster.
 #include <fmt/format.h>
 
-#include "render/image/error_metrics.h"
 #include "tools/bench/screen_pictures.h"
 
 namespace tools {
@@ -37,13 +36,7 @@ void add_subject_anti_aliasing(Registry& registry) {
         Setting s{.method = backend, .setting = fmt::format("{}@{}", backend, count)};
         s.knob = count;
         s.is_default = anti_aliasing == render::RenderKnobs{}.anti_aliasing;
-        s.measure = [=](uint64_t) {
-          const auto known = truth();
-          const render::Image image = maker->frame(knobs).image;
-          if (image.pixels.size() != known->pixels.size()) return ErrorSample{{std::nan(""), std::nan("")}, 0};
-          const render::ErrorMetrics metrics = render::compare_images(image, *known).metrics;
-          return ErrorSample{{relative_rms_of(image, *known), metrics.flip}, metrics.bias};
-        };
+        s.measure = [=](uint64_t) { return picture_error(maker->frame(knobs).image, *truth()); };
         s.run = [=] {
           keep(maker->frame(knobs).image.pixels.size());
           return static_cast<double>(count) * kWidth * kHeight;

@@ -2,7 +2,6 @@
 /// valley by the rasterizer.
 #include <fmt/format.h>
 
-#include "render/image/error_metrics.h"
 #include "render/image/framebuffer.h"
 #include "tools/bench/screen_pictures.h"
 
@@ -31,13 +30,7 @@ void add_subject_colour_format(Registry& registry) {
       Setting s{.method = std::string(format.name), .setting = fmt::format("{}@{}", format.name, format.bytes)};
       s.knob = static_cast<double>(format.bytes);
       s.is_default = knobs.colour_format == render::RenderKnobs{}.colour_format;
-      s.measure = [=](uint64_t) {
-        const auto known = truth();
-        const render::Image image = maker->frame(knobs).image;
-        if (image.pixels.size() != known->pixels.size()) return ErrorSample{{std::nan(""), std::nan("")}, 0};
-        const render::ErrorMetrics metrics = render::compare_images(image, *known).metrics;
-        return ErrorSample{{relative_rms_of(image, *known), metrics.flip}, metrics.bias};
-      };
+      s.measure = [=](uint64_t) { return picture_error(maker->frame(knobs).image, *truth()); };
       s.run = [=] {
         keep(maker->frame(knobs).image.pixels.size());
         return static_cast<double>(format.bytes) * kWidth * kHeight;

@@ -9,6 +9,7 @@
 
 #include "sim/matter/matter.h"
 #include "tools/bench/benchmark.h"
+#include "tools/bench/world_fill.h"
 
 namespace tools {
 
@@ -57,15 +58,10 @@ struct Broken {
 
 std::unique_ptr<Broken> broken(int bed, sim::LiquidModel model, int passes, uint64_t seed) {
   auto made = std::make_unique<Broken>();
-  const auto fill = [&](world::VoxelPos low, world::VoxelPos high, const char* block) {
-    world::EditBatch batch;
-    batch.fill({low, high}, made->world.palette->find(block).value());
-    CHECK(made->world.store.apply(batch).ok());
-  };
-  fill({-kReach - 1, -1, -1}, {kReach, kDepth + 4, kWidth}, "granite");
-  fill({-kReach, 0, 0}, {kReach - 1, kDepth + 4, kWidth - 1}, "air");
-  fill({-kReach, 0, 0}, {-1, kDepth - 1, kWidth - 1}, "water");
-  if (bed > 0) fill({0, 0, 0}, {kReach - 1, bed - 1, kWidth - 1}, "water");
+  fill_block(made->world, {{-kReach - 1, -1, -1}, {kReach, kDepth + 4, kWidth}}, "granite");
+  fill_block(made->world, {{-kReach, 0, 0}, {kReach - 1, kDepth + 4, kWidth - 1}}, "air");
+  fill_block(made->world, {{-kReach, 0, 0}, {-1, kDepth - 1, kWidth - 1}}, "water");
+  if (bed > 0) fill_block(made->world, {{0, 0, 0}, {kReach - 1, bed - 1, kWidth - 1}}, "water");
   sim::MatterOptions options;
   options.seed = seed;
   options.knobs.liquid_model = model;

@@ -9,6 +9,7 @@
 
 #include "sim/matter/matter.h"
 #include "tools/bench/benchmark.h"
+#include "tools/bench/world_fill.h"
 
 namespace tools {
 
@@ -34,19 +35,14 @@ struct Tube {
 
 std::unique_ptr<Tube> run(sim::LiquidModel model, int passes, double seconds, uint64_t seed) {
   auto tube = std::make_unique<Tube>();
-  const auto fill = [&](world::VoxelPos low, world::VoxelPos high, const char* block) {
-    world::EditBatch batch;
-    batch.fill({low, high}, tube->world.palette->find(block).value());
-    CHECK(tube->world.store.apply(batch).ok());
-  };
   const int second = kWide + kApart;
-  fill({-1, -4, -1}, {second + kWide, kFull + 8, kWide}, "granite");
-  for (const int x0 : {0, second}) fill({x0, 0, 0}, {x0 + kWide - 1, kFull + 8, kWide - 1}, "air");
+  fill_block(tube->world, {{-1, -4, -1}, {second + kWide, kFull + 8, kWide}}, "granite");
+  for (const int x0 : {0, second}) fill_block(tube->world, {{x0, 0, 0}, {x0 + kWide - 1, kFull + 8, kWide - 1}}, "air");
   // Down from the one, along, and up into the other.
-  fill({kWide - 2, -2, 3}, {kWide - 1, -1, 4}, "water");
-  fill({second, -2, 3}, {second + 1, -1, 4}, "water");
-  fill({kWide - 2, -3, 3}, {second + 1, -2, 4}, "water");
-  fill({0, 0, 0}, {kWide - 1, kFull - 1, kWide - 1}, "water");
+  fill_block(tube->world, {{kWide - 2, -2, 3}, {kWide - 1, -1, 4}}, "water");
+  fill_block(tube->world, {{second, -2, 3}, {second + 1, -1, 4}}, "water");
+  fill_block(tube->world, {{kWide - 2, -3, 3}, {second + 1, -2, 4}}, "water");
+  fill_block(tube->world, {{0, 0, 0}, {kWide - 1, kFull - 1, kWide - 1}}, "water");
   sim::MatterOptions options;
   options.seed = seed;
   options.knobs.liquid_model = model;
