@@ -17,11 +17,28 @@ namespace {
 
 constexpr int kWidth = 192, kHeight = 108;
 
-/// Steps of granite around a block of plaster, under sun and sky.
+void add_block(world::World& w, world::Block block, world::VoxelPos low, world::VoxelPos high) {
+  const auto id = w.palette->add(std::move(block));
+  CHECK(id.ok());
+  world::EditBatch batch;
+  batch.fill({low, high}, *id);
+  CHECK(w.store.apply(batch).ok());
+}
+
+world::Block of_plaster(const world::World& w, const char* name) {
+  world::Block b = (*w.palette)[w.palette->find("plaster").value()];
+  b.name = name;
+  return b;
+}
+/// The plaster's place, of another block that looks the same.
+constexpr world::VoxelPos kLow{24, 12, 28}, kHigh{36, 24, 36};
+
+/// Steps of granite around a block of plaster, under sun and sky. The plaster has a name of its own, as what stands in
+/// its place does: textures go by names, and would tell the two apart.
 std::shared_ptr<world::World> plain_world() {
   auto made = std::make_shared<world::World>(world::standard_blocks());
   for (int i = 0; i < 12; ++i) fill_block(*made, {{2 * i, 0, 2 * i}, {63 - 2 * i, i, 63 - i}}, "granite");
-  fill_block(*made, {{24, 12, 28}, {36, 24, 36}}, "plaster");
+  add_block(*made, of_plaster(*made, "bare_plaster"), kLow, kHigh);
   return made;
 }
 
@@ -46,22 +63,6 @@ world::Luminaire dark(const char* kind) {
   l.radius = 1;
   return l;
 }
-
-void add_block(world::World& w, world::Block block, world::VoxelPos low, world::VoxelPos high) {
-  const auto id = w.palette->add(std::move(block));
-  CHECK(id.ok());
-  world::EditBatch batch;
-  batch.fill({low, high}, *id);
-  CHECK(w.store.apply(batch).ok());
-}
-
-world::Block of_plaster(const world::World& w, const char* name) {
-  world::Block b = (*w.palette)[w.palette->find("plaster").value()];
-  b.name = name;
-  return b;
-}
-/// The plaster's place, of another block that looks the same.
-constexpr world::VoxelPos kLow{24, 12, 28}, kHigh{36, 24, 36};
 
 const Zero kZeros[] = {
     {"luminaires", "an omni, a disk and a directional of power 0",
