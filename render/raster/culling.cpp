@@ -1,7 +1,6 @@
 #include "render/raster/culling.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <tuple>
 
@@ -9,35 +8,30 @@
 
 namespace render::raster {
 
-namespace {
+Frustum::Frustum(const PixelRays& r)
+    : planes{r.forward, r.window_half_x * r.forward + r.window_right, r.window_half_x * r.forward - r.window_right,
+             r.window_half_y * r.forward + r.window_up, r.window_half_y * r.forward - r.window_up} {}
 
-struct Frustum {
-  std::array<Vec3d, 5> planes;  // inside: dot >= 0; through the camera
-
-  explicit Frustum(const PixelRays& r)
-      : planes{r.forward, r.window_half_x * r.forward + r.window_right, r.window_half_x * r.forward - r.window_right,
-               r.window_half_y * r.forward + r.window_up, r.window_half_y * r.forward - r.window_up} {}
-
-  enum Side { outside, straddling, inside };
-  Side side(const Vec3d& low, const Vec3d& high) const {
-    Side result = inside;
-    for (const Vec3d& n : planes) {
-      double nearest = 0, farthest = 0;
-      for (int a = 0; a < 3; ++a) {
-        farthest += n[a] * (n[a] > 0 ? high[a] : low[a]);
-        nearest += n[a] * (n[a] > 0 ? low[a] : high[a]);
-      }
-      if (farthest < 0) return outside;
-      if (nearest <= 0) result = straddling;
+Frustum::Side Frustum::side(const Vec3d& low, const Vec3d& high) const {
+  Side result = inside;
+  for (const Vec3d& n : planes) {
+    double nearest = 0, farthest = 0;
+    for (int a = 0; a < 3; ++a) {
+      farthest += n[a] * (n[a] > 0 ? high[a] : low[a]);
+      nearest += n[a] * (n[a] > 0 ? low[a] : high[a]);
     }
-    return result;
+    if (farthest < 0) return outside;
+    if (nearest <= 0) result = straddling;
   }
-};
+  return result;
+}
 
 double distance_to_box(const Vec3d& low, const Vec3d& high) {
   const Vec3d nearest = glm::max(low, glm::min(high, Vec3d(0)));
   return glm::length(nearest);
 }
+
+namespace {
 
 struct SeenChunk {
   PooledChunk* chunk;

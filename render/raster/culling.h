@@ -2,6 +2,7 @@
 /// look towards the camera, as indirect draws.
 #pragma once
 
+#include <array>
 #include <limits>
 #include <span>
 #include <vector>
@@ -10,6 +11,18 @@
 #include "render/raster/face_pool.h"
 
 namespace render::raster {
+
+/// What a picture shows: boxes relative to the camera are told whether they may lie in it.
+struct Frustum {
+  std::array<Vec3d, 5> planes;  // inside: dot >= 0; through the camera
+
+  explicit Frustum(const PixelRays& rays);
+  enum Side { outside, straddling, inside };
+  Side side(const Vec3d& low, const Vec3d& high) const;
+};
+
+/// From the camera, m; 0 inside.
+double distance_to_box(const Vec3d& low, const Vec3d& high);
 
 struct ChunkCorner {
   int32_t x, y, z;  // voxels, relative to the camera's, exact

@@ -19,7 +19,8 @@ vec4 placed_corner(int axis, int u, int v, float offset, vec2 low, vec2 high, bo
   if (kExactEdges) {
     // Vertices are rounded to 1/256 pixel. Move each edge outwards by a little more on the screen, so that every pixel
     // that the exact face covers is asked; the fragment shader answers exactly. An edge along v that moves by e along u
-    // moves by e * (f^2 h / z^3) / |dP/dv| pixels, with |dP/dv| = f / z^2 |v z - p v_forward| and h the distance of the plane.
+    // moves by e * (f^2 h / z^3) / |dP/dv| pixels, with |dP/dv| = f / z^2 |v z - p v_forward| and h the distance of the
+    // plane.
     const float depth = dot(picture.clip_w.xyz, point);
     if (depth > 0.0) {
       vec3 along_u = -point * picture.clip_w[u], along_v = -point * picture.clip_w[v];

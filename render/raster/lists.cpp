@@ -36,7 +36,7 @@ class ListOrder : public LayerOrder {
     return {};
   }
 
-  world::Status prepare(PassContext& context, const Drawing& drawing, const LayerDraws&,
+  world::Status prepare(PassContext& context, const Drawing& drawing, const LayerDraws& draws,
                         LayerConstants& constants) override {
     if (!nodes_.handle || nodes_.size < uint64_t{wanted_} * kNodeBytes) {
       nodes_ = {};
@@ -44,11 +44,11 @@ class ListOrder : public LayerOrder {
                                    gpu::MemoryUse::device));
     }
     constants.eye.y = static_cast<int>(wanted_);
-    const auto all =
-        layer_constants(drawing, {{kSpecCoveragePattern, static_cast<uint32_t>(drawing.knobs.coverage_pattern)},
-                                  {kSpecRefraction, static_cast<uint32_t>(drawing.knobs.refraction)},
-                                  {kSpecReflection, static_cast<uint32_t>(drawing.knobs.reflection)}});
-    if (!list_ || !equal_constants(all, made_for_)) {
+    const auto all = layer_constants(drawing, draws,
+                                     {{kSpecCoveragePattern, static_cast<uint32_t>(drawing.knobs.coverage_pattern)},
+                                      {kSpecRefraction, static_cast<uint32_t>(drawing.knobs.refraction)},
+                                      {kSpecReflection, static_cast<uint32_t>(drawing.knobs.reflection)}});
+    if (!list_ || all != made_for_) {
       TRY(list_,
           make_graphics(context.device, transparency_vert_spv, lists_frag_spv,
                         {.depth = kDepthFormat, .depth_write = false, .depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL},

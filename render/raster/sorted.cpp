@@ -51,8 +51,8 @@ class SortedOrder : public LayerOrder {
 
   world::Status prepare(PassContext& context, const Drawing& drawing, const LayerDraws& draws,
                         LayerConstants&) override {
-    auto all = layer_constants(drawing, {{kSpecSortedRecords, 1}, {kSpecAddsShown, 0}});
-    if (!transmit_ || !equal_constants(all, made_for_)) {
+    auto all = layer_constants(drawing, draws, {{kSpecSortedRecords, 1}, {kSpecAddsShown, 0}});
+    if (!transmit_ || all != made_for_) {
       made_for_ = all;
       GraphicsState state{.colour = {kColourFormat, kColourFormat},
                           .depth = kDepthFormat,

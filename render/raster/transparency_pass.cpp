@@ -1,36 +1,17 @@
 #include "render/raster/transparency_pass.h"
 
 #include <algorithm>
-#include <array>
 
+#include "render/raster/culling.h"
 #include "render/raster/stopwatch.h"
 
 namespace render::raster {
 
-namespace {
-
-/// Whether a box relative to the camera may lie in the picture.
-bool in_frustum(const PixelRays& r, const Vec3d& low, const Vec3d& high) {
-  const Vec3d planes[] = {r.forward, r.tan_half_x * r.forward + r.right, r.tan_half_x * r.forward - r.right,
-                          r.tan_half_y * r.forward + r.up, r.tan_half_y * r.forward - r.up};
-  return std::all_of(std::begin(planes), std::end(planes), [&](const Vec3d& n) {
-    double farthest = 0;
-    for (int a = 0; a < 3; ++a) farthest += n[a] * (n[a] > 0 ? high[a] : low[a]);
-    return farthest >= 0;
-  });
-}
-
-double distance_to_box(const Vec3d& low, const Vec3d& high) {
-  return glm::length(glm::max(low, glm::min(high, Vec3d(0))));
-}
-
-}  // namespace
-
-std::vector<Constant> layer_constants(const Drawing& drawing, std::initializer_list<Constant> more) {
-  const bool matte = SeeThroughKinds(drawing.view.palette()).calls_for_matte(drawing.view.store().census());
+std::vector<Constant> layer_constants(const Drawing& drawing, const LayerDraws& draws,
+                                      std::initializer_list<Constant> more) {
   std::vector<Constant> all = shading_constants(drawing);
   all.push_back({kSpecExactEdges, drawing.knobs.face_edges == FaceEdges::exact});
-  all.push_back({kSpecLayerMatte, matte});
+  all.push_back({kSpecLayerMatte, draws.matte});
   all.push_back({kSpecShapes, !drawing.shapes.chunks().empty()});
   all.insert(all.end(), more.begin(), more.end());
   return all;
@@ -40,11 +21,6 @@ void fill_quad_indices(const gpu::Buffer& buffer, uint32_t records) {
   auto* index = reinterpret_cast<uint32_t*>(buffer.mapped());
   for (uint32_t r = 0; r < records; ++r)
     for (const uint32_t corner : {0u, 1u, 2u, 2u, 1u, 3u}) *index++ = 4 * r + corner;
-}
-
-bool equal_constants(std::span<const Constant> a, std::span<const Constant> b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](const Constant& x, const Constant& y) { return x.id == y.id && x.value == y.value; });
 }
 
 void begin_clearing_colour(VkCommandBuffer commands, const Targets& targets, std::span<const VkImageView> colour,
@@ -182,6 +158,7 @@ void TransparencyPass::cull(const Drawing& drawing) {
     Vec3d corner;
   };
   std::vector<Seen> seen;
+  const Frustum frustum(drawing.rays);
   const auto box_corner = [](const std::array<uint8_t, 3>& p) { return Vec3d(p[0], p[1], p[2]); };
   for (size_t i = 0; i < pool_.chunks().size(); ++i) {
     const PooledChunk& chunk = pool_.chunks()[i];  // in the order of faces_.chunks()
@@ -189,7 +166,7 @@ void TransparencyPass::cull(const Drawing& drawing) {
     const Vec3d corner = Vec3d(offset.x, offset.y, offset.z) - drawing.camera.position.fraction;
     const Vec3d low = corner + box_corner(chunk.box.min), high = corner + box_corner(chunk.box.max);
     const double distance = distance_to_box(low, high);
-    if (distance <= drawing.knobs.view_distance && in_frustum(drawing.rays, low, high))
+    if (distance <= drawing.knobs.view_distance && frustum.side(low, high) != Frustum::outside)
       seen.push_back({&chunk, faces_.chunks()[i], distance, corner});
   }
   std::sort(seen.begin(), seen.end(), [](const Seen& a, const Seen& b) {
@@ -202,7 +179,8 @@ void TransparencyPass::cull(const Drawing& drawing) {
     draws_.extracted.push_back(s.extracted);
     const FaceCluster* last = nullptr;
     for (const FaceCluster& cluster : s.chunk->clusters) {
-      if (!in_frustum(drawing.rays, s.corner + box_corner(cluster.box.min), s.corner + box_corner(cluster.box.max)))
+      if (frustum.side(s.corner + box_corner(cluster.box.min), s.corner + box_corner(cluster.box.max)) ==
+          Frustum::outside)
         continue;
       draws_.faces += cluster.count;
       if (last && last->first + last->count == cluster.first)
@@ -223,6 +201,7 @@ world::Status TransparencyPass::prepare(PassContext& context, const Drawing& dra
   cull(drawing);
   draws_.pool = &pool_;
   draws_.indices = &indices_;
+  draws_.matte = kinds_->calls_for_matte(drawing.view.store().census());
 
   if (ordered_by_ != drawing.knobs.transparency || !order_) {
     order_ = drawing.knobs.transparency == Transparency::weighted ? make_weighted_order()

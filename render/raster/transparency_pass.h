@@ -23,6 +23,7 @@ struct LayerDraws {
   FacePool* pool = nullptr;
   const gpu::Buffer* indices = nullptr;
   uint64_t faces = 0;
+  bool matte = false;  // the world holds sheets or partial coverage, which are lit
 
   /// Within begin_rendering().
   void record(VkCommandBuffer commands, PassContext& context, const Pipeline& pipeline) const;
@@ -48,12 +49,12 @@ std::unique_ptr<LayerOrder> make_sorted_order();
 std::unique_ptr<LayerOrder> make_weighted_order();
 
 /// Specialisation constants of shaders that shade matte surfaces, and `more`.
-std::vector<Constant> layer_constants(const Drawing& drawing, std::initializer_list<Constant> more = {});
+std::vector<Constant> layer_constants(const Drawing& drawing, const LayerDraws& draws,
+                                      std::initializer_list<Constant> more = {});
 constexpr Access kClearWrite{VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT};
 
 /// Two triangles for each record.
 void fill_quad_indices(const gpu::Buffer& buffer, uint32_t records);
-bool equal_constants(std::span<const Constant> a, std::span<const Constant> b);
 /// begin_rendering() into cleared colours, with the depth that is there.
 void begin_clearing_colour(VkCommandBuffer commands, const Targets& targets, std::span<const VkImageView> colour,
                            VkImageView depth);

@@ -22,9 +22,10 @@ class WeightedOrder : public LayerOrder {
     return {};
   }
 
-  world::Status prepare(PassContext& context, const Drawing& drawing, const LayerDraws&, LayerConstants&) override {
-    const auto all = layer_constants(drawing);
-    if (!sum_ || !equal_constants(all, made_for_)) {
+  world::Status prepare(PassContext& context, const Drawing& drawing, const LayerDraws& draws,
+                        LayerConstants&) override {
+    const auto all = layer_constants(drawing, draws);
+    if (!sum_ || all != made_for_) {
       const auto add = blend_attachment(kBlendAdd);
       TRY(sum_, make_graphics(context.device, transparency_vert_spv, weighted_frag_spv,
                               {.colour = {kColourFormat, kColourFormat, kColourFormat},
