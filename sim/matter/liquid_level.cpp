@@ -19,6 +19,9 @@ namespace {
 
 constexpr int kTileLeaves = 16;
 constexpr int kMostGiven = kFullVoxel;
+/// Beyond this difference a voxel that has become full presses liquid into the air above it in the same round, and so
+/// much: else a narrow mouth below a wide basin gives no more than what flows off its own voxels to the sides.
+constexpr int kPressure = 2 * kFullVoxel, kMostPressed = 2;  // voxels
 constexpr size_t kLeavesATask = 32;
 constexpr int kOrderBits = 22;
 constexpr size_t kTileSize = size_t{kTileLeaves} * kTileLeaves * kTileLeaves;
@@ -27,6 +30,7 @@ constexpr int kHighestBeyond = 60;  // leaves; heads are counted from 64 below t
 // Where tops lie: above the body, and beside it.
 constexpr world::Face kOpenFaces[] = {world::kFacePosY, world::kFaceNegX, world::kFacePosX, world::kFaceNegZ,
                                       world::kFacePosZ};
+constexpr std::span<const world::Face> kSideFaces(kOpenFaces + 1, 4);
 
 size_t index_in_tile(LeafPos d) { return static_cast<size_t>((d.x * kTileLeaves + d.y) * kTileLeaves + d.z); }
 LeafPos place_in_tile(size_t index) {
@@ -58,6 +62,16 @@ const LiquidMasks& LiquidLevels::masks_beside(Cells& cells, PageId p) {
   return pages_->masks(p);
 }
 
+/// Of a page's voxels that hold some of it, those that are parts of a body: under a ceiling, or under others.
+LeafMask LiquidLevels::conduits(Cells& cells, PageId p) {
+  const LiquidMasks& own = masks_beside(cells, p);
+  if (own.part.is_none()) return {};
+  const LiquidMasks& above = masks_beside(cells, page_beside(cells, p, 0, 1, 0));
+  const LeafMask air_above = world::across(own.air, above.air, world::kFacePosY);
+  const LeafMask part_above = world::across(own.part, above.part, world::kFacePosY);
+  return without(without(own.part, air_above), part_above) | (own.most & part_above);
+}
+
 /// A leaf of the tile, read on the first look.
 LiquidLevels::Leaf& LiquidLevels::leaf_at(Cells& cells, LeafPos low, size_t index) {
   Leaf& leaf = leaves_[index];
@@ -67,16 +81,7 @@ LiquidLevels::Leaf& LiquidLevels::leaf_at(Cells& cells, LeafPos low, size_t inde
   if (index < kTileSize) leaf.place = place_in_tile(index);
   leaf.page = cells.open(low + leaf.place);
   leaf.masks = &masks_beside(cells, leaf.page);
-  leaf.conduit = {};
-  if (!leaf.masks->part.is_none()) {
-    const LiquidMasks& above = masks_beside(cells, page_beside(cells, leaf.page, 0, 1, 0));
-    const auto up = [](const LeafMask& own, const LeafMask& next) {
-      return world::across(own, next, world::kFacePosY);
-    };
-    const LiquidMasks& own = *leaf.masks;
-    const LeafMask air_above = up(own.air, above.air), part_above = up(own.part, above.part);
-    leaf.conduit = without(without(own.part, air_above), part_above) | (own.most & part_above);
-  }
+  leaf.conduit = conduits(cells, leaf.page);
   leaf.left = leaf.masks->full | leaf.conduit;
   return leaf;
 }
@@ -88,68 +93,72 @@ size_t LiquidLevels::index_of(LeafPos place) const {
   return found == beyond_.end() ? world::kNoLeaf : found->second;
 }
 
-/// The next leaf of a flood. Out of the tile lead leaves that hold nothing but liquid and walls: pipes.
-size_t LiquidLevels::beside(size_t index, int face) {
+/// The next leaf of a flood, or kNoLeaf. Through the border of the tile lead leaves of it that hold nothing but liquid
+/// and walls, pipes: outwards, and back in.
+size_t LiquidLevels::beside(Cells& cells, LeafPos low, size_t index, int face) {
   const LeafPos next = leaves_[index].place + leaf_step(face);
+  const bool from_inside = index < kTileSize, to_inside = inside_tile(next);
+  if (from_inside && to_inside) return index_in_tile(next);
+  const auto is_pipe = [&](const Leaf& leaf) {
+    return !leaf.masks->full.is_all() && leaf.masks->air.is_none() && leaf.masks->part.is_none();
+  };
+  if (to_inside) return is_pipe(leaf_at(cells, low, index_in_tile(next))) ? index_in_tile(next) : world::kNoLeaf;
+  if (from_inside && !is_pipe(leaves_[index])) return world::kNoLeaf;
   const size_t known = index_of(next);
+  if (known != world::kNoLeaf && in_body(known)) return known;
+  if (beyond_body_ == kMostBeyond || std::abs(next.y) >= kHighestBeyond) return world::kNoLeaf;
   if (known != world::kNoLeaf) return known;
-  const LiquidMasks& masks = *leaves_[index].masks;
-  const bool is_pipe = !masks.full.is_all() && masks.air.is_none() && masks.part.is_none();
-  const bool in_reach = leaves_.size() < kTileSize + kMostBeyond && std::abs(next.y) < kHighestBeyond;
-  if (!(index >= kTileSize || is_pipe) || !in_reach) return world::kNoLeaf;
-  leaves_.emplace_back();  // there is room: no leaf moves
+  leaves_.emplace_back();
   leaves_.back().place = next;
   beyond_.emplace(next, leaves_.size() - 1);
   return leaves_.size() - 1;
 }
 
-/// The body that holds seed_mask of a leaf of the tile.
+/// The body that holds seed_mask of a leaf of the tile: first what of it lies there, then what pipes lead to, from the
+/// same leaves in the same order wherever the seed was.
 void LiquidLevels::flood(Cells& cells, LeafPos low, size_t start, const LeafMask& seed_mask) {
   body_.clear();
   ++number_;
+  beyond_body_ = 0;
+  const auto left = [&](size_t index) -> LeafMask& { return leaf_at(cells, low, index).left; };
+  const auto reached = [&](size_t index, const LeafMask& fresh) {
+    Leaf& leaf = leaves_[index];
+    if (leaf.in_body != number_) {
+      leaf.in_body = number_;
+      leaf.body = {};
+      body_.push_back(index);
+      beyond_body_ += index >= kTileSize;
+    }
+    leaf.body = leaf.body | fresh;
+    return true;
+  };
   front_.assign(1, {start, seed_mask});
-  world::flood_leaves(
-      front_, [&](size_t index) -> LeafMask& { return leaf_at(cells, low, index).left; },
-      [&](size_t index, int face) { return beside(index, face); },
-      [&](size_t index, const LeafMask& fresh) {
-        Leaf& leaf = leaves_[index];
-        if (leaf.in_body != number_) {
-          leaf.in_body = number_;
-          leaf.body = {};
-          body_.push_back(index);
-        }
-        leaf.body = leaf.body | fresh;
-        return true;
-      });
+  const auto within = [&](size_t index, int face) {
+    const LeafPos next = leaves_[index].place + leaf_step(face);
+    return inside_tile(next) ? index_in_tile(next) : world::kNoLeaf;
+  };
+  world::flood_leaves(front_, left, within, reached);
+  std::sort(body_.begin(), body_.end());
+  for (const size_t index : body_)
+    for (int face = 0; face < world::kFaces; ++face) {
+      if (inside_tile(leaves_[index].place + leaf_step(face))) continue;
+      const LeafMask touched = world::across(world::kNoneMask, leaves_[index].body, world::opposite_face(face));
+      if (touched.is_none()) continue;
+      const size_t next = beside(cells, low, index, face);
+      if (next != world::kNoLeaf) front_.emplace_back(next, touched);
+    }
+  const auto beyond = [&](size_t index, int face) { return beside(cells, low, index, face); };
+  world::flood_leaves(front_, left, beyond, reached);
 }
 
 /// The voxels of a leaf that are full and of the body in hand.
 const LeafMask* LiquidLevels::full_of_body(LeafPos place) const {
   const size_t index = index_of(place);
-  if (index == world::kNoLeaf) return nullptr;
-  const Leaf& leaf = leaves_[index];
-  return leaf.read == tile_ && leaf.in_body == number_ ? &leaf.full_body : nullptr;
+  return index != world::kNoLeaf && in_body(index) ? &leaves_[index].full_body : nullptr;
 }
 
-/// Those that lie in the voxels of a leaf: above the body, and beside it where they aren't above it.
-void LiquidLevels::tops_of_leaf(const Surface& in, LeafPos low, uint64_t salt, std::vector<Top>& tops) const {
-  const LiquidMasks& masks = (*pages_)[in.page].masks;
-  const LeafMask surface = masks.air | masks.part;
-  if (surface.is_none()) return;
-  const auto part = [&](const LeafMask* m) -> const LeafMask& { return m ? *m : world::kNoneMask; };
-  const LeafMask& own = part(full_of_body(in.place));
-  const auto near = [&](int face) { return world::across(own, part(full_of_body(in.place + leaf_step(face))), face); };
-  const LeafMask on_body = near(world::kFaceNegY), above = on_body & surface;
-  LeafMask beside;
-  for (const world::Face face : {world::kFaceNegX, world::kFacePosX, world::kFaceNegZ, world::kFacePosZ})
-    beside = beside | near(face);
-  beside = beside & surface;
-  if (const size_t index = index_of(in.place); index != world::kNoLeaf) {
-    // Conduits are parts of the body; where they aren't borne by it they take.
-    const Leaf& leaf = leaves_[index];
-    if (leaf.read == tile_ && leaf.in_body == number_) beside = beside | (leaf.body & leaf.conduit);
-  }
-  beside = without(beside, on_body);
+void LiquidLevels::add_tops(const Surface& in, LeafPos low, uint64_t salt, const LeafMask& above,
+                            const LeafMask& beside, std::vector<Top>& tops) const {
   const uint16_t* amounts = (*pages_)[in.page].own();
   const VoxelPos corner = world::voxel_from_leaf(low + in.place);
   const int32_t height = (in.place.y + 64) * world::kLeafSize;
@@ -165,6 +174,59 @@ void LiquidLevels::tops_of_leaf(const Surface& in, LeafPos low, uint64_t salt, s
   };
   world::for_each_voxel(above, [&](int index) { add(index, 0); });
   world::for_each_voxel(beside, [&](int index) { add(index, Top::kBeside); });
+}
+
+/// Those that lie in the voxels of a leaf: above the body, and beside it where they aren't above it.
+void LiquidLevels::tops_of_leaf(const Surface& in, LeafPos low, uint64_t salt, Part& into) const {
+  const LiquidMasks& masks = (*pages_)[in.page].masks;
+  const LeafMask surface = masks.air | masks.part;
+  if (surface.is_none()) return;
+  const auto part = [&](const LeafMask* m) -> const LeafMask& { return m ? *m : world::kNoneMask; };
+  const LeafMask& own = part(full_of_body(in.place));
+  const auto near = [&](int face) { return world::across(own, part(full_of_body(in.place + leaf_step(face))), face); };
+  const LeafMask on_body = near(world::kFaceNegY), above = on_body & surface;
+  LeafMask beside;
+  for (const world::Face face : kSideFaces) beside = beside | near(face);
+  beside = without(beside & surface, on_body);
+  if (is_of_others(in.place) && !masks.part.is_none()) {
+    if (!(above | beside).is_none()) into.rims.push_back({in, above, beside});
+    return;
+  }
+  // Conduits are parts of the body; where they aren't borne by it they take.
+  LeafMask conduit;
+  if (!is_of_others(in.place)) {
+    const Leaf& leaf = leaves_[index_of(in.place)];
+    conduit = without(leaf.body & leaf.conduit, on_body);
+  }
+  beside = without(beside, conduit);
+  if (!beside.is_none()) into.rims.push_back({in, {}, beside});
+  add_tops(in, low, salt, above, conduit, into.tops);
+}
+
+/// Takes out of a rim what is a top, or a part, of another body. `turn`: of the round, which side comes first.
+void LiquidLevels::leave_to_others(Cells& cells, uint64_t turn, Rim& rim) {
+  const PageId page = rim.in.page;
+  const LeafPos place = rim.in.place;
+  const LiquidMasks& masks = masks_beside(cells, page);
+  if (is_of_others(place)) {
+    const LeafMask conduit = conduits(cells, page);
+    rim.above = without(rim.above, conduit), rim.beside = without(rim.beside, conduit);
+  }
+  if (rim.beside.is_none()) return;
+  const auto all_full = [&](world::Face face) {
+    const LeafPos step = leaf_step(face);
+    const PageId next = page_beside(cells, page, step.x, step.y, step.z);
+    return world::across(masks.full, next == kClosedPage ? world::kNoneMask : masks_beside(cells, next).full, face);
+  };
+  const auto part = [&](const LeafMask* m) -> const LeafMask& { return m ? *m : world::kNoneMask; };
+  LeafMask left = without(rim.beside, all_full(world::kFaceNegY));
+  rim.beside = {};
+  for (uint64_t k = 0; k < kSideFaces.size(); ++k) {
+    const world::Face face = kSideFaces[(turn & 4 ? turn - k : turn + k) & 3];
+    const LeafMask ours = world::across(part(full_of_body(place)), part(full_of_body(place + leaf_step(face))), face);
+    rim.beside = rim.beside | (left & ours);
+    left = without(left, all_full(face));
+  }
 }
 
 /// Where the body in hand ends upwards and sideways, each voxel once.
@@ -197,13 +259,19 @@ void LiquidLevels::find_tops(Cells& cells, LeafPos low, uint64_t round, uint64_t
   if (parts_.size() < chunks) parts_.resize(chunks);
   const uint64_t salt = world::hash_combine(seed, round);
   world::parallel_for(chunks, [&](size_t c) {
-    std::vector<Top>& tops = parts_[c];
-    tops.clear();
+    Part& part = parts_[c];
+    part.tops.clear(), part.rims.clear();
     const size_t end = std::min(surfaces_.size(), (c + 1) * kLeavesATask);
-    for (size_t n = c * kLeavesATask; n < end; ++n) tops_of_leaf(surfaces_[n], low, salt, tops);
+    for (size_t n = c * kLeavesATask; n < end; ++n) tops_of_leaf(surfaces_[n], low, salt, part);
   });
   tops_.clear();
-  for (size_t c = 0; c < chunks; ++c) tops_.insert(tops_.end(), parts_[c].begin(), parts_[c].end());
+  for (size_t c = 0; c < chunks; ++c) {
+    tops_.insert(tops_.end(), parts_[c].tops.begin(), parts_[c].tops.end());
+    for (Rim& rim : parts_[c].rims) {
+      leave_to_others(cells, salt, rim);
+      add_tops(rim.in, low, salt, rim.above, rim.beside, tops_);
+    }
+  }
 }
 
 /// By head, then by hash, then by place.
@@ -239,13 +307,26 @@ void LiquidLevels::sort_tops(const Cells& cells) {
 
 void LiquidLevels::change(PageId p, int index, int by) {
   pages_->add(p, index, by);
+  if (p >= is_touched_.size()) is_touched_.resize(p + 1);  // pressing opens pages
   if (is_touched_[p]) return;
   is_touched_[p] = 1;
   touched_.push_back(p);
 }
 
+/// Whether full voxels stand beside one: then it is a top of its own.
+bool LiquidLevels::has_full_side(Cells& cells, PageId p, int index) {
+  const VoxelPos o = world::offset_in_leaf(index);
+  for (const world::Face face : kSideFaces) {
+    const VoxelPos step = world::face_step(face), next = o + step;
+    const bool inside = next.x >= 0 && next.x < world::kLeafSize && next.z >= 0 && next.z < world::kLeafSize;
+    const PageId page = inside ? p : page_beside(cells, p, step.x, 0, step.z);
+    if (page != kClosedPage && masks_beside(cells, page).full.test(world::index_in_leaf(next))) return true;
+  }
+  return false;
+}
+
 /// Moves from the highest tops to the lowest.
-bool LiquidLevels::level_body(const Cells& cells) {
+bool LiquidLevels::level_body(Cells& cells) {
   if (tops_.size() < 2) return false;
   const auto [least, most] =
       std::minmax_element(tops_.begin(), tops_.end(), [](const Top& a, const Top& b) { return a.key < b.key; });
@@ -275,9 +356,33 @@ bool LiquidLevels::level_body(const Cells& cells) {
     given_all = 0;
     if (--high > low) gives = can_give(top(high)), head_from = top(high).head();
   };
+  struct Place {
+    PageId page;
+    int index;
+  };
+  const auto above = [&](Place p) -> Place {
+    if ((p.index & 56) != 56) return {p.page, p.index + 8};
+    return {page_beside(cells, p.page, 0, 1, 0), p.index - 56};
+  };
+  bool pressed = false;  // what lies lowest takes more than its voxel holds
+  const auto can_press = [&](const Top& t) {
+    int room = 0;
+    for (Place p{t.page, t.voxel()}; !t.is_beside() && room < kMostPressed * kFullVoxel; room += kFullVoxel) {
+      p = above(p);
+      if (p.page == kClosedPage || !masks_beside(cells, p.page).air.test(p.index) ||
+          has_full_side(cells, p.page, p.index))
+        break;
+    }
+    return room;
+  };
   const auto leave_low = [&] {
-    if (taken_all > 0) change(top(low).page, top(low).voxel(), taken_all);
-    taken_all = 0;
+    Place p{top(low).page, top(low).voxel()};
+    for (int room = kFullVoxel - top(low).amount; taken_all > 0; room = kFullVoxel, p = above(p)) {
+      const int taken = std::min(taken_all, room);
+      if (taken > 0) change(p.page, p.index, taken);
+      taken_all -= taken;
+    }
+    taken_all = 0, pressed = false;
     if (++low < high) takes = can_take(top(low)), head_to = top(low).head();
   };
   while (low < high) {
@@ -295,6 +400,8 @@ bool LiquidLevels::level_body(const Cells& cells) {
     // Two that are level now are done; else the one that can't give or take more.
     const bool level = given >= difference / 2;
     if (level || gives == 0) leave_high();
+    if (!level && takes == 0 && !pressed && head_from - head_to >= kPressure)
+      pressed = true, takes = std::min(can_press(top(low)), (head_from - head_to) / 4);
     if (level || takes == 0) leave_low();
   }
   if (given_all > 0) leave_high();
@@ -325,7 +432,8 @@ const LiquidLevels::Result& LiquidLevels::level(Cells& cells, LiquidPages& pages
   by_tile_.clear();
   for (size_t n = 0; n < list.size(); ++n) by_tile_.emplace_back(tile_of(cells.pos(list[n])), n);
   std::sort(by_tile_.begin(), by_tile_.end());
-  leaves_.reserve(kTileSize + kMostBeyond);
+  if (round & 2) std::reverse(by_tile_.begin(), by_tile_.end());
+  const uint64_t last_round = tile_;
   for (size_t begin = 0, end; begin < by_tile_.size(); begin = end) {
     const LeafPos tile = by_tile_[begin].first;
     for (end = begin; end < by_tile_.size() && by_tile_[end].first == tile;) ++end;
@@ -344,20 +452,31 @@ const LiquidLevels::Result& LiquidLevels::level(Cells& cells, LiquidPages& pages
         LeafMask seed_mask;
         seed_mask.word[x] = left.word[x] & -left.word[x];
         flood(cells, low, start, seed_mask);
-        if (std::any_of(body_.begin(), body_.end(), [&](size_t index) { return is_wavy(leaves_[index].page); }))
-          continue;
-        find_tops(cells, low, round, seed);
-        if (!level_body(cells)) continue;
-        for (const size_t index : body_) leaves_[index].moved = true;
+        const auto any_page = [&](auto is) {
+          return std::any_of(body_.begin(), body_.end(), [&](size_t index) { return is(leaves_[index].page); });
+        };
+        if (any_page(is_wavy)) continue;
+        moved_in_.resize(cells.page_limit(), 0);
+        const bool moved_before =
+            any_page([&](PageId p) { return moved_in_[p] > last_round && moved_in_[p] != tile_; });
+        if (!moved_before) {
+          find_tops(cells, low, round, seed);
+          if (!level_body(cells)) continue;
+        }
+        moved_in_.resize(cells.page_limit(), 0);
+        for (const size_t index : body_) {
+          leaves_[index].moved = true;
+          if (!moved_before) moved_in_[leaves_[index].page] = tile_;
+        }
       }
     }
-    store_changes(cells);
     // Pages that hold a part of such a body go on being watched.
     for (size_t n = begin; n < end; ++n) {
       const Leaf& leaf = leaves_[index_in_tile(cells.pos(list[by_tile_[n].second]) - low)];
       result_.moved[by_tile_[n].second] = leaf.read == tile_ && leaf.moved;
     }
   }
+  store_changes(cells);
   return result_;
 }
 
