@@ -8,7 +8,7 @@
 
 namespace tools {
 
-#define VERB(name) void add_##name##_verb(Command& command);
+#define VERB(name) void add_##name##_verb(CommandLine& command);
 #include "tools_verbs.list.h"
 #undef VERB
 
@@ -19,7 +19,7 @@ int report(const world::Error& error) {
   return static_cast<int>(error.kind);
 }
 
-int dispatch(Command& command) {
+int dispatch(CommandLine& command) {
   for (auto& [verb, run] : command.actions)
     if (verb->parsed()) {
       const world::Result<int> result = run();
@@ -41,7 +41,7 @@ int run_command(int argc, const char* const* argv) {
       "Examples:\n  loam render valley -o valley.png\n  loam convert N42E001.hgt andorra.loam\n"
       "  loam info andorra.loam --json\n  loam diff a.png b.png\n"
       "Exit: 0 fine, 1 a comparison failed, 2 usage, 3 input or output, 4 no device, 5 unstable.");
-  Command command{app, {}};
+  CommandLine command{app, {}};
 #define VERB(name) add_##name##_verb(command);
 #include "tools_verbs.list.h"
 #undef VERB

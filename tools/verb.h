@@ -1,5 +1,5 @@
 /// How a verb of the command is added: one file tools/verbs/<name>.cpp that defines
-///   void add_<name>_verb(Command& command)
+///   void add_<name>_verb(CommandLine& command)
 /// CMake lists the folder in generated/tools_verbs.list.h, so no other file changes.
 ///
 /// Data goes to stdout, logs and progress to stderr. An action returns the exit code (0 fine, 1 a comparison failed),
@@ -18,7 +18,7 @@ namespace tools {
 
 using VerbAction = std::function<world::Result<int>()>;
 
-struct Command {
+struct CommandLine {
   CLI::App& app;
   std::vector<std::pair<CLI::App*, VerbAction>> actions;
 

@@ -21,20 +21,20 @@ struct BlockSurface {
   std::vector<std::array<uint32_t, 4>> quads;  // vertices, counter-clockwise seen from outside
   std::vector<uint8_t> faces;                  // by quad: its direction, world::Face
 };
-struct Surface {
+struct SurfaceMesh {
   const world::BlockPalette* palette = nullptr;  // the world's, which must live as long
   std::vector<world::VoxelPos> vertices;         // corners of voxels, each once a block
   std::vector<BlockSurface> blocks;              // by id
   double voxel_size_m = 1;
 };
 /// `merged`: rectangles as large as they go; else a square a voxel face.
-Surface surface_of(const world::World& world, bool merged = true);
+SurfaceMesh surface_of(const world::World& world, bool merged = true);
 
 struct SurfaceFormat {
   std::string name;
   std::string extension;  // ".obj"
   std::string what;       // one line for help
-  world::Result<std::string> (*encode)(const Surface& surface);
+  world::Result<std::string> (*encode)(const SurfaceMesh& surface);
   bool materials = false;  // says that blocks shine or let light pass; else their colour is all that it holds
 };
 /// What of a world a file of this format doesn't hold beside what lies inside, a sentence each.

@@ -35,7 +35,7 @@ json material_of(const world::Block& block) {
   return material;
 }
 
-world::Result<std::string> encode(const Surface& surface) {
+world::Result<std::string> encode(const SurfaceMesh& surface) {
   json gltf = {{"asset", {{"version", "2.0"}, {"generator", "Loam"}}},
                {"scene", 0},
                {"scenes", {{{"nodes", {0}}}}},

@@ -12,7 +12,7 @@ SurfaceFormat obj_surface_format() {
   return {.name = "obj",
           .extension = ".obj",
           .what = "faces as quads with colours",
-          .encode = [](const Surface& surface) -> world::Result<std::string> {
+          .encode = [](const SurfaceMesh& surface) -> world::Result<std::string> {
             std::string text = "# Loam: the faces of a world, in metres\n";
             std::vector<world::BlockId> block_of(surface.vertices.size());
             for (const BlockSurface& block : surface.blocks)

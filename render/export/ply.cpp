@@ -10,7 +10,7 @@ SurfaceFormat ply_surface_format() {
       .name = "ply",
       .extension = ".ply",
       .what = "faces as quads with colours",
-      .encode = [](const Surface& surface) -> world::Result<std::string> {
+      .encode = [](const SurfaceMesh& surface) -> world::Result<std::string> {
         size_t quads = 0;
         std::vector<world::BlockId> block_of(surface.vertices.size());
         for (const BlockSurface& block : surface.blocks) {

@@ -36,8 +36,8 @@ const SurfaceFormat* surface_format_for(const std::filesystem::path& path) {
   return nullptr;
 }
 
-Surface surface_of(const world::World& world, bool merged) {
-  Surface surface;
+SurfaceMesh surface_of(const world::World& world, bool merged) {
+  SurfaceMesh surface;
   surface.palette = world.palette.get();
   if (const auto size = world.metadata.find("voxel_size_m"); size != world.metadata.end()) {
     const double value = std::strtod(size->second.c_str(), nullptr);
@@ -94,7 +94,7 @@ std::vector<std::string> surface_losses(const world::World& world, const Surface
 }
 
 world::Status write_surface(const world::World& world, const SurfaceFormat& format, const std::filesystem::path& path) {
-  const Surface surface = surface_of(world);
+  const SurfaceMesh surface = surface_of(world);
   if (surface.blocks.empty())
     return world::input_error(fmt::format("{}: the world is empty; there are no faces to write", path.string()));
   TRY(const std::string bytes, format.encode(surface));

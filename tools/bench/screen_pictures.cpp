@@ -7,9 +7,9 @@
 
 namespace tools {
 
-Result<std::shared_ptr<PictureMaker>> PictureMaker::make(const world::World& world, const std::string& backend,
-                                                         int width, int height) {
-  auto maker = std::make_shared<PictureMaker>();
+Result<std::shared_ptr<ScreenPictures>> ScreenPictures::make(const world::World& world, const std::string& backend,
+                                                             int width, int height) {
+  auto maker = std::make_shared<ScreenPictures>();
   maker->world_ = &world, maker->width_ = width, maker->height_ = height;
   TRY(maker->backend_, make_backend(backend));
   TRY(const world::CameraPlacement placement, world::camera_of(world, ""));
@@ -17,7 +17,7 @@ Result<std::shared_ptr<PictureMaker>> PictureMaker::make(const world::World& wor
   return maker;
 }
 
-render::Frame PictureMaker::frame(const render::RenderKnobs& knobs) {
+render::Frame ScreenPictures::frame(const render::RenderKnobs& knobs) {
   const world::WorldView view(*world_);
   auto drawn = backend_->render(view, camera_, knobs, width_, height_);
   return drawn.ok() ? std::move(*drawn) : render::Frame{};

@@ -10,10 +10,10 @@
 namespace tools {
 
 /// A backend, a world and a camera that make pictures of one size.
-class PictureMaker {
+class ScreenPictures {
  public:
-  static Result<std::shared_ptr<PictureMaker>> make(const world::World& world, const std::string& backend, int width,
-                                                    int height);
+  static Result<std::shared_ptr<ScreenPictures>> make(const world::World& world, const std::string& backend, int width,
+                                                      int height);
   /// Empty where it fails.
   render::Frame frame(const render::RenderKnobs& knobs);
 

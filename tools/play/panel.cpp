@@ -86,7 +86,7 @@ bool KnobPanel::draw(Game& game, const HudNumbers&, PlaySettings& settings, floa
   }
   for (const double budget : {16.0, 33.0}) {
     if (ImGui::Button(fmt::format("fit {:.0f} ms", budget).c_str())) {
-      const BudgetFit fit = fit_to_budget(measured(game.picture.knobs), now_ms_, budget);
+      const SettingsPlan fit = plan_settings(measured(game.picture.knobs), now_ms_, budget);
       for (const auto& [knob, value] : fit.changes)
         (void)render::render_knobs().set(game.picture.knobs, knob, value).ok();
       fitted_ = fmt::format("{} knobs set; {:.1f} ms expected{}", fit.changes.size(), fit.ms,

@@ -4,7 +4,7 @@
 
 #include <map>
 
-#include "tools/play/budget.h"
+#include "tools/play/settings_plan.h"
 #include "tools/play/hud.h"
 
 namespace tools {

@@ -16,7 +16,7 @@ struct BenchArguments {
 
 }  // namespace
 
-void add_bench_verb(Command& command) {
+void add_bench_verb(CommandLine& command) {
   auto arguments = std::make_shared<BenchArguments>();
   CLI::App* bench = command.verb("bench", "benchmarks: list, run, pareto, absent, stability, compare");
   bench->require_subcommand(1);

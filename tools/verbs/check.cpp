@@ -52,7 +52,7 @@ world::Result<int> run_check(const CheckOptions& options) {
 
 }  // namespace
 
-void add_check_verb(Command& command) {
+void add_check_verb(CommandLine& command) {
   auto options = std::make_shared<CheckOptions>();
   CLI::App* verb = command.verb("check", "verify a saved world, and repair what can be");
   verb->add_option("WORLD", options->file, "a .loam file")->required();

@@ -35,7 +35,7 @@ int print_completion(CLI::App& app) {
 
 }  // namespace
 
-void add_completion_verb(Command& command) {
+void add_completion_verb(CommandLine& command) {
   CLI::App* verb =
       command.verb("completion", "print what bash needs to complete this command: source <(loam completion)");
   command.action(verb, [app = &command.app]() -> world::Result<int> { return print_completion(*app); });

@@ -123,7 +123,7 @@ void add_import_options(CLI::App* verb, world::ImportOptions& import, std::vecto
   verb->add_option("--grid", import.grid, ".vdb, .nvdb: the grid to read, where a file holds several");
 }
 
-void add_convert_verb(Command& command) {
+void add_convert_verb(CommandLine& command) {
   auto options = std::make_shared<ConvertOptions>();
   CLI::App* verb = command.verb("convert", "import and export worlds, by extension");
   verb->add_option("IN", options->input, "a file, a scene, or a scene .toml")->required();

@@ -85,7 +85,7 @@ world::Result<int> run_demo(const std::string& scene_name, const std::string& fo
 
 }  // namespace
 
-void add_demo_verb(Command& command) {
+void add_demo_verb(CommandLine& command) {
   auto scene = std::make_shared<std::string>("valley"), folder = std::make_shared<std::string>("out");
   CLI::App* verb = command.verb("demo", "the main job: generate, draw with both backends, compare");
   verb->add_option("SCENE", *scene, "what to show")->capture_default_str();

@@ -136,7 +136,7 @@ world::Result<int> run_diff(const DiffOptions& options) {
 
 }  // namespace
 
-void add_diff_verb(Command& command) {
+void add_diff_verb(CommandLine& command) {
   auto options = std::make_shared<DiffOptions>();
   CLI::App* verb = command.verb("diff", "compare two pictures (A with the reference B), or two worlds");
   verb->add_option("A", options->a, "a .png or .exr, or a world")->required();

@@ -171,7 +171,7 @@ world::Result<int> run_info(const InfoOptions& options) {
 
 }  // namespace
 
-void add_info_verb(Command& command) {
+void add_info_verb(CommandLine& command) {
   auto options = std::make_shared<InfoOptions>();
   CLI::App* verb = command.verb("info", "what a world holds and costs");
   verb->add_option("FILE", options->file, "a world, an importable file, or a scene")->required();

@@ -58,7 +58,7 @@ int print_manual(CLI::App& app) {
 
 }  // namespace
 
-void add_man_verb(Command& command) {
+void add_man_verb(CommandLine& command) {
   CLI::App* verb = command.verb("man", "print the manual page: loam man | man -l -");
   command.action(verb, [app = &command.app]() -> world::Result<int> { return print_manual(*app); });
 }

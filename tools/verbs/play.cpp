@@ -4,7 +4,7 @@
 
 namespace tools {
 
-void add_play_verb(Command& command) {
+void add_play_verb(CommandLine& command) {
   auto options = std::make_shared<PlayOptions>();
   CLI::App* verb =
       command.verb("play", "the sandbox, in a window: walk, build, pour water, and see what each option costs");

@@ -399,7 +399,7 @@ world::Result<int> run_render(RenderOptions options) {
 
 }  // namespace
 
-void add_render_verb(Command& command) {
+void add_render_verb(CommandLine& command) {
   auto options = std::make_shared<RenderOptions>();
   CLI::App* verb = command.verb("render", "a picture of a scene or world");
   verb->add_option("SCENE", options->scene, "a scene's name, a scene .toml, a world, or an importable file")

@@ -154,7 +154,7 @@ world::Result<int> run_replay(const ReplayOptions& options) {
 
 }  // namespace
 
-void add_replay_verb(Command& command) {
+void add_replay_verb(CommandLine& command) {
   auto options = std::make_shared<ReplayOptions>();
   CLI::App* verb = command.verb("replay", "repeat a recorded simulation, or session of play, and compare its states");
   verb->add_option("LOG", options->log, "what `loam sim --record` or `loam play --record` wrote")->required();

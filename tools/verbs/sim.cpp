@@ -211,7 +211,7 @@ world::Result<int> run_sim(const SimOptions& options) {
 
 }  // namespace
 
-void add_sim_verb(Command& command) {
+void add_sim_verb(CommandLine& command) {
   auto options = std::make_shared<SimOptions>();
   CLI::App* verb = command.verb("sim", "simulate a world without pictures: ticks a second, books, effects, state hash");
   verb->add_option("SCENE", options->scene, "a scene, a saved world, or any file that can be read")->required();

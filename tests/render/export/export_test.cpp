@@ -34,7 +34,7 @@ World sample_world() {
 
 TEST(Export, QuadsFaceOutwardsAndCloseTheSurface) {
   const World world = sample_world();
-  const Surface surface = surface_of(world, /*merged=*/false);
+  const SurfaceMesh surface = surface_of(world, /*merged=*/false);
   // Each unit face once from each side's block: the signed volume is that of the voxels.
   double volume = 0;
   for (const BlockSurface& block : surface.blocks) {
@@ -73,7 +73,7 @@ TEST(Export, ObjAndPlyReadBackAsTheSameVoxels) {
 
 TEST(Export, AGlbIsWhatItsSpecificationAsksFor) {
   const World world = sample_world();
-  const Surface surface = surface_of(world);
+  const SurfaceMesh surface = surface_of(world);
   const std::string bytes = surface_format_for("x.GLB")->encode(surface).value();
   const auto word = [&](size_t at) {
     uint32_t value;

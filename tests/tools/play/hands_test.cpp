@@ -7,7 +7,7 @@
 
 #include "tests/support.h"
 #include "tools/play/brush.h"
-#include "tools/play/budget.h"
+#include "tools/play/settings_plan.h"
 #include "tools/play/console.h"
 #include "tools/play/controls.h"
 #include "tools/play/hud.h"
@@ -290,13 +290,13 @@ TEST(Budget, TakesTheChangesThatCostTheLeastError) {
       {"shadow", "ray", {{"none", 20, 0.30}, {"map", 24, 0.02}, {"ray", 40, 0.0}}},
       {"distance", "all", {{"near", 30, 0.25}, {"all", 40, 0.0}}},
   };
-  const BudgetFit roomy = fit_to_budget(knobs, 40, 40);
+  const SettingsPlan roomy = plan_settings(knobs, 40, 40);
   EXPECT_TRUE(roomy.fits);
   EXPECT_TRUE(roomy.changes.empty());
-  const BudgetFit fit = fit_to_budget(knobs, 40, 25);
+  const SettingsPlan fit = plan_settings(knobs, 40, 25);
   EXPECT_TRUE(fit.fits);
   EXPECT_EQ(fit.changes, (std::vector<std::pair<std::string, std::string>>{{"shadow", "map"}}));
-  EXPECT_FALSE(fit_to_budget(knobs, 40, 5).fits);
+  EXPECT_FALSE(plan_settings(knobs, 40, 5).fits);
 }
 
 // ---- on the screen ----

@@ -17,7 +17,7 @@ void add_subject_anti_aliasing(Registry& registry) {
     TRY(const world::World* valley, context.world("valley"));
     const int samples = context.quick() ? 64 : 256;
     constexpr int kWidth = 320, kHeight = 180;
-    TRY(const auto raycast, PictureMaker::make(*valley, "raycast", kWidth, kHeight));
+    TRY(const auto raycast, ScreenPictures::make(*valley, "raycast", kWidth, kHeight));
     const auto truth = [=, &context] {
       return context.shared<render::Image>("anti_aliasing", [&] {
         render::RenderKnobs knobs;
@@ -27,7 +27,7 @@ void add_subject_anti_aliasing(Registry& registry) {
     };
     std::vector<Setting> settings;
     for (const std::string backend : {"raster", "raycast"}) {
-      TRY(const auto maker, PictureMaker::make(*valley, backend, kWidth, kHeight));
+      TRY(const auto maker, ScreenPictures::make(*valley, backend, kWidth, kHeight));
       for (const auto anti_aliasing :
            {render::AntiAliasing::none, render::AntiAliasing::x2, render::AntiAliasing::x4, render::AntiAliasing::x8}) {
         render::RenderKnobs knobs;

@@ -17,7 +17,7 @@ void add_subject_colour_format(Registry& registry) {
   subject.settings = [](BenchContext& context) -> Result<std::vector<Setting>> {
     TRY(const world::World* valley, context.world("valley"));
     constexpr int kWidth = 640, kHeight = 360;
-    TRY(const auto maker, PictureMaker::make(*valley, "raster", kWidth, kHeight));
+    TRY(const auto maker, ScreenPictures::make(*valley, "raster", kWidth, kHeight));
     const auto truth = [=, &context] {
       return context.shared<render::Image>("colour_format",
                                            [&] { return std::make_shared<render::Image>(maker->frame({}).image); });

@@ -1,4 +1,4 @@
-#include "tools/play/budget.h"
+#include "tools/play/settings_plan.h"
 
 #include <algorithm>
 
@@ -14,7 +14,7 @@ struct Chosen {
 
 }  // namespace
 
-BudgetFit fit_to_budget(const std::vector<MeasuredKnob>& knobs, double now_ms, double budget_ms) {
+SettingsPlan plan_settings(const std::vector<MeasuredKnob>& knobs, double now_ms, double budget_ms) {
   std::vector<Chosen> all;
   for (const MeasuredKnob& knob : knobs) {
     const auto now = std::find_if(knob.settings.begin(), knob.settings.end(),
@@ -45,7 +45,7 @@ BudgetFit fit_to_budget(const std::vector<MeasuredKnob>& knobs, double now_ms, d
     if (!best) break;
     best->setting = to;
   }
-  BudgetFit fit;
+  SettingsPlan fit;
   fit.ms = expected();
   fit.fits = fit.ms <= budget_ms;
   for (const Chosen& c : all)
