@@ -14,8 +14,11 @@
  * so that n sin(angle) is the same in all media (Snell's law through a pile of plates): exact for panes and still
  * water, seen from above and from below, up to total reflection.
  *
+ * Media (fog) lie before, between and behind the interfaces: each stretch adds its own light and dims what lies beyond.
+ *
  * error   what a straight ray leaves out: the shift by refraction, and light that is reflected more than once
- *         (pareto subject transparency_order: against the ray caster at light_transport=whitted)
+ *         (pareto subject transparency_order: against the ray caster at light_transport=whitted); what media
+ *         shine within a block that absorbs is dimmed as though all of it came from the block's far side
  * source  McGuire, Hughes et al. Computer Graphics: Principles and Practice, 3rd edition. 2013,
  * sections 14.10.2, 14.10.3
  */
@@ -153,6 +156,9 @@ struct StraightView {
   vec3 through SHARED_INIT(vec3(1)); /* what they let through of the rest */
   uint open SHARED_INIT(0xffffu);    /* samples that no partial coverage hides, where coverage is by samples */
   float t SHARED_INIT(0.0f);         /* m, where the last interface lies */
+  vec3 of_media SHARED_INIT(vec3(0)); /* radiance of the media between the eye and the place at hand, if seen alone */
+  vec3 counted SHARED_INIT(vec3(0));  /* the part of that before the last interface */
+  vec3 arrives SHARED_INIT(vec3(1));  /* share of what is shown at that place that those media let through to the eye */
 };
 
 SHARED StraightView start_of_view() {
@@ -161,6 +167,8 @@ SHARED StraightView start_of_view() {
   v.through = vec3(1.0f);
   v.open = kCoverageAll;
   v.t = 0.0f;
+  v.of_media = v.counted = vec3(0.0f);
+  v.arrives = vec3(1.0f);
   return v;
 }
 
@@ -171,6 +179,23 @@ SHARED vec3 still_open(SHARED_IN(StraightView) v, uint pattern) {
              : v.through * (float(set_samples(v.open)) * (1.0f / float(kCoverageSamples)));
 }
 
+/* The media up to the next interface or to the end: `value` and `added` are what they let through and what they shine
+ * of themselves over all of the way from the eye. Before what is met there is told. */
+SHARED StraightView met_media(StraightView v, vec3 value, vec3 added) {
+  v.of_media = added;
+  v.arrives = value;
+  return v;
+}
+
+/* On to t metres: the block and the media on the way take and add their share. */
+SHARED StraightView passed_stretch(StraightView v, vec3 absorption, float t, uint pattern) {
+  v.through *= absorbed_along(absorption, t - v.t);
+  v.t = t;
+  v.added += still_open(v, pattern) * (v.of_media - v.counted);
+  v.counted = v.of_media;
+  return v;
+}
+
 /* Meets an interface at t metres, after absorption in the medium before it.
  *   mirrored   radiance from the mirrored direction
  *   surface    radiance of a matte surface of the owner there, with what it emits
@@ -179,11 +204,11 @@ SHARED vec3 still_open(SHARED_IN(StraightView) v, uint pattern) {
 SHARED StraightView met_interface(StraightView v, SHARED_IN(SeeThroughBlock) owner, InterfaceShares shares,
                                   vec3 absorption, float t, vec3 mirrored, vec3 surface, bool outside, uint pattern,
                                   uint mask) {
-  v.through *= absorbed_along(absorption, t - v.t);
-  v.t = t;
+  v = passed_stretch(v, absorption, t, pattern);
   vec3 shown = shares.mirrored * mirrored + shares.matte * surface;
   float there = owner.emitted.w;
   if (outside && shares.matte == 0.0f) shown += vec3(owner.emitted.x, owner.emitted.y, owner.emitted.z);
+  shown *= v.arrives;
   if (pattern != kCoverageExact && owner.matte.w == float(kSeeThroughCoverage)) {
     uint covered = v.open & mask;
     if (there > 0.0f)
@@ -203,8 +228,8 @@ SHARED float radiance_scale(float n_eye, float n_end) { return n_eye * n_eye / (
 /* All of the pixel: `behind` is the radiance of what ends the ray at t, in the medium `last`. */
 SHARED vec3 end_of_view(StraightView v, SHARED_IN(SeeThroughBlock) last, float n_eye, float t, vec3 behind,
                         uint pattern) {
-  v.through *= absorbed_along(vec3(last.absorption.x, last.absorption.y, last.absorption.z), t - v.t);
-  return v.added + still_open(v, pattern) * (behind * radiance_scale(n_eye, last.absorption.w));
+  v = passed_stretch(v, vec3(last.absorption.x, last.absorption.y, last.absorption.z), t, pattern);
+  return v.added + still_open(v, pattern) * (behind * v.arrives * radiance_scale(n_eye, last.absorption.w));
 }
 
 SHARED_NAMESPACE_END

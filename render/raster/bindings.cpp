@@ -96,14 +96,17 @@ world::Result<VkDescriptorSet> Bindings::make_set(const Pipeline& pipeline) {
   return set;
 }
 
-void Bindings::use(VkCommandBuffer commands, const Pipeline& pipeline) {
+VkDescriptorSet Bindings::set_for(const Pipeline& pipeline) {
   auto set = make_set(pipeline);
-  if (!set.ok()) {
-    if (status_.ok()) status_ = set.error();
-    return;
-  }
+  if (set.ok()) return *set;
+  if (status_.ok()) status_ = set.error();
+  return VK_NULL_HANDLE;
+}
+
+void Bindings::bind_set(VkCommandBuffer commands, const Pipeline& pipeline, VkDescriptorSet set) {
+  if (!set) return;
   vkCmdBindPipeline(commands, pipeline.bind_point, pipeline.handle);
-  vkCmdBindDescriptorSets(commands, pipeline.bind_point, pipeline.layout, 0, 1, &*set, 0, nullptr);
+  vkCmdBindDescriptorSets(commands, pipeline.bind_point, pipeline.layout, 0, 1, &set, 0, nullptr);
 }
 
 }  // namespace render::raster

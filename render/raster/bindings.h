@@ -26,7 +26,11 @@ class Bindings {
 
   /// Binds the pipeline and a set of what is bound now. A buffer or storage image that nobody has bound is an empty
   /// one; any other image without a binding is a bug.
-  void use(VkCommandBuffer commands, const Pipeline& pipeline);
+  void use(VkCommandBuffer commands, const Pipeline& pipeline) { bind_set(commands, pipeline, set_for(pipeline)); }
+  /// The two halves of use(), for pipelines that take turns: each has a set of its own, since what a shader doesn't use
+  /// under its constants is not in its layout. A set that couldn't be made (see status()) binds nothing.
+  VkDescriptorSet set_for(const Pipeline& pipeline);
+  static void bind_set(VkCommandBuffer commands, const Pipeline& pipeline, VkDescriptorSet set);
   /// Of the sets made since begin_picture(); a picture with a failure must not be submitted.
   const world::Status& status() const { return status_; }
 

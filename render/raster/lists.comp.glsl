@@ -79,6 +79,12 @@ void main() {
       const int plane = picture.camera_voxel[i.face >> 1u] + i.plane;
       mask = coverage_mask(kCoveragePattern, owner.emitted.w, uint(pixel.x), uint(pixel.y), uint(plane * 6) + i.face);
     }
+    FogView fog;
+    fog.value = vec3(1);
+    if (kMedia) {
+      fog = fog_before(direction, i.t * metres);
+      view = met_media(view, fog.value, fog.added);
+    }
     view = met_interface(view, owner, shares, layer_blocks[i.near].absorption.xyz, i.t * metres, mirrored, matte,
                          i.outside, kCoveragePattern, mask);
     medium = i.far;
@@ -98,13 +104,22 @@ void main() {
       const uint axis = i.face >> 1u;
       at.front[axis] += direction[axis] > 0.0 ? 1 : -1;
       at.fraction[axis] = 1.0 - at.fraction[axis];
-      const vec3 behind = followed_radiance(at.front, at.fraction, bend.direction, i.far, true);
+      // Of media behind the bend nothing is known: they take what they take up to there.
+      const vec3 behind = fog.value * followed_radiance(at.front, at.fraction, bend.direction, i.far, true);
       imageStore(colour_image, pixel, vec4(view.added + still_open(view, kCoveragePattern) * behind, 1));
       return;
     }
   }
 
+  // What lies behind has the media of all the way over it already.
   vec3 behind = imageLoad(colour_image, pixel).rgb;
+  FogView fog;
+  fog.value = vec3(1);
+  fog.added = vec3(0);
+  if (kMedia) {
+    fog = fog_before(direction, t_end * metres);
+    view = met_media(view, vec3(1), fog.added);
+  }
   if (kRefraction == kRefractionScreen && bend.found && t_end * metres < 1e6) {
     // Where the bent ray would end if what lies there were as far as what lies straight behind.
     const float end = t_end * metres, within = (bend.left ? bend.t_out : end) - bend.t_in;
@@ -118,9 +133,11 @@ void main() {
   if (mirror) {
     const uint face = seen_face(seen.x), block = seen_block(seen.x);
     const FacePoint at = face_point(block, face, t_end * ray + picture.fraction.xyz, int(seen.y), -direction);
-    behind = materials[2u * block].rgb * mirrored_radiance(t_end * ray, at, int(seen.y), direction, medium) +
-             materials[2u * block + 1u].rgb;
+    behind = fog.added + fog.value * (materials[2u * block].rgb *
+                                          mirrored_radiance(t_end * ray, at, int(seen.y), direction, medium) +
+                                      materials[2u * block + 1u].rgb);
   }
+  behind = max(behind - fog.added, vec3(0));
   const vec3 colour =
       end_of_view(view, layer_blocks[medium], layer_blocks[eye].absorption.w, t_end * metres, behind, kCoveragePattern);
   imageStore(colour_image, pixel, vec4(colour, 1));

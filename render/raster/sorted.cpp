@@ -93,11 +93,11 @@ class SortedOrder : public LayerOrder {
     begin_rendering(commands, context.targets, views, context.targets.depth.view, false);
     if (!runs_.empty()) {
       vkCmdBindIndexBuffer(commands, indices_.handle, 0, VK_INDEX_TYPE_UINT32);
-      // Both pipelines are made of the same shaders: what is bound for one serves the other.
-      context.bindings.use(commands, transmit_);
+      const std::pair<const Pipeline*, VkDescriptorSet> passes[] = {{&transmit_, context.bindings.set_for(transmit_)},
+                                                                    {&add_, context.bindings.set_for(add_)}};
       for (const Run& run : runs_) {
-        for (const Pipeline* pipeline : {&transmit_, &add_}) {
-          vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline->handle);
+        for (const auto& pass : passes) {
+          Bindings::bind_set(commands, *pass.first, pass.second);
           vkCmdDrawIndexed(commands, run.count * 6, 1, 0, static_cast<int32_t>(run.first * 4), 0);
         }
       }

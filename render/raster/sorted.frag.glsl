@@ -25,22 +25,22 @@ void main() {
   if (i.t > picture.sun.w * inverse_length) discard;
   const vec3 direction = ray * inverse_length;
   const InterfaceShares shares = shares_of(i, direction);
+  vec3 passed = shares.passed;
+  const vec3 absorption = layer_blocks[i.far].absorption.xyz;
+  if ((!kAddsShown || kMedia) && absorption != vec3(0)) {
+    FacePoint at = face_point(0u, i.face, i.t * ray + picture.fraction.xyz, i.plane, -direction);
+    at.front[axis] += direction[axis] > 0.0 ? 1 : -1;
+    at.fraction[axis] = 1.0 - at.fraction[axis];
+    passed *= absorbed_along(absorption, run_length(at.front, at.fraction, direction, i.far));
+  }
   if (kAddsShown) {
-    vec3 shown = shown_radiance(i, shares, ray, direction);
+    vec3 shown = shown_radiance(i, shares, passed, ray, direction);
     // Nearer interfaces scale what lies behind them; what this one mirrors or shows is radiance as the eye sees it.
     shown *= radiance_scale(layer_blocks[i.near].absorption.w, layer_blocks[layers.eye.x].absorption.w);
     shown_out = vec4(shown, 0);
     passed_out = vec4(0);
     return;
   }
-  vec3 passed =
-      shares.passed * radiance_scale(layer_blocks[i.near].absorption.w, layer_blocks[i.far].absorption.w);
-  const vec3 absorption = layer_blocks[i.far].absorption.xyz;
-  if (absorption != vec3(0)) {
-    FacePoint at = face_point(0u, i.face, i.t * ray + picture.fraction.xyz, i.plane, -direction);
-    at.front[axis] += direction[axis] > 0.0 ? 1 : -1;
-    at.fraction[axis] = 1.0 - at.fraction[axis];
-    passed *= absorbed_along(absorption, run_length(at.front, at.fraction, direction, i.far));
-  }
+  passed *= radiance_scale(layer_blocks[i.near].absorption.w, layer_blocks[i.far].absorption.w);
   shown_out = passed_out = vec4(passed, 1);
 }

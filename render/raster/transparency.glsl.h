@@ -65,17 +65,35 @@ vec3 mirrored_direction(Interface i, vec3 direction) {
 /// Radiance of the owner's matte surface.
 vec3 matte_radiance(Interface i, vec3 ray, vec3 direction) {
   if (!kLayerMatte) return vec3(0);
-  return face_radiance(
-      face_point(uint(layer_blocks[i.owner].block.x), i.face, i.t * ray + picture.fraction.xyz, i.plane, -direction));
+  FacePoint p =
+      face_point(uint(layer_blocks[i.owner].block.x), i.face, i.t * ray + picture.fraction.xyz, i.plane, -direction);
+  p.layer = true;
+  p.bare = !i.outside;
+  if (kTextures != kTextureOff) {
+    p.step_x = texture_step(i.t * ray, ray, picture.step_x.xyz, int(i.face >> 1u));
+    p.step_y = texture_step(i.t * ray, ray, picture.step_y.xyz, int(i.face >> 1u));
+  }
+  return face_radiance(p);
 }
 
-/// What it mirrors of the sky, scatters and emits: radiance beside it, before what lies nearer scales it.
-vec3 shown_radiance(Interface i, InterfaceShares shares, vec3 ray, vec3 direction) {
+/// Of the media from the eye on, t metres far.
+FogView fog_before(vec3 direction, float t) {
+  return fog_along(picture.camera_voxel.xyz, picture.fraction.xyz, direction, min(t, kMediumFar));
+}
+
+/// What it mirrors of the sky, scatters and emits: radiance beside it, before what lies nearer scales it. Media take
+/// their share of it and, of the light that they add to what lies behind, leave what they add before it; `passed`: of
+/// what lies behind, by what follows.
+vec3 shown_radiance(Interface i, InterfaceShares shares, vec3 passed, vec3 ray, vec3 direction) {
   vec3 shown = shares.mirrored * sky_radiance(mirrored_direction(i, direction));
   if (kLayerMatte && shares.matte > 0.0)
     shown += shares.matte * matte_radiance(i, ray, direction);
   else if (i.outside)
     shown += layer_blocks[i.owner].emitted.xyz;
+  if (kMedia) {
+    const FogView fog = fog_before(direction, i.t * length(ray));
+    shown = fog.value * shown + fog.added * (vec3(1) - passed);
+  }
   return shown;
 }
 

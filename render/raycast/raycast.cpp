@@ -183,8 +183,9 @@ class Picture {
         pixel = normal_radiance(shading_, sky_, blocks.get(contours_->walker.matter_voxel(hits[i].voxel, normals[i])),
                                 normals[i], sunlit[i]);
       else {
-        const Textured texture = textures_ ? texture_at(rays[i], hits[i], blocks) : Textured{};
-        pixel = shading_.face_radiance(blocks.get(hits[i].voxel), hits[i].face, sun[i] * texture.sun,
+        const BlockId block = blocks.get(hits[i].voxel);
+        const Textured texture = textures_ ? texture_at(rays[i], hits[i], block) : Textured{};
+        pixel = shading_.face_radiance(block, hits[i].face, sun[i] * texture.sun,
                                        lit_by_cells_ ? light_at(rays[i], hits[i]) : shading_.sky_lit[hits[i].face],
                                        texture.albedo);
       }
@@ -322,7 +323,8 @@ class Picture {
       }
       const Rgb lit = lit_by_cells_ ? light_at(ray, layer.at) : shading_.sky_lit[layer.at.face];
       const BlockId owner = static_cast<BlockId>(kinds_->blocks()[layer.owner()].block.x);
-      return shading_.face_radiance(owner, layer.at.face, sun, lit);
+      const Textured texture = textures_ && layer.outside ? texture_at(ray, layer.at, owner) : Textured{};
+      return shading_.face_radiance(owner, layer.at.face, sun * texture.sun, lit, texture.albedo);
     };
     const auto mirrored = [&](int axis) {
       Vec3d direction = ray.direction / length;
@@ -343,7 +345,7 @@ class Picture {
   struct Textured {
     float albedo = 1, sun = 1;
   };
-  Textured texture_at(const GridRay& ray, const GridHit& hit, LeafCache& blocks) const {
+  Textured texture_at(const GridRay& ray, const GridHit& hit, BlockId block) const {
     const int axis = world::face_axis(hit.face);
     glm::vec3 fraction;
     for (int a = 0; a < 3; ++a)
@@ -352,7 +354,6 @@ class Picture {
     const glm::vec3 direction(ray.direction), at = direction * static_cast<float>(hit.t);
     const glm::vec3 step_x = shared::texture_step(at, direction, glm::vec3(rays_.step_x), axis),
                     step_y = shared::texture_step(at, direction, glm::vec3(rays_.step_y), axis);
-    const BlockId block = blocks.get(hit.voxel);
     Textured t;
     t.albedo = textures_->factor(knobs_, block, hit.voxel, hit.face, fraction, step_x, step_y);
     if (knobs_.normal_detail != 0) {

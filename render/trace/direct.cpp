@@ -1,10 +1,12 @@
-// Light that comes straight from sources: what the picture of the first surface needs, and no more. Surfaces that
-// scatter by impulses alone (glass, mirrors) are shaded as matte ones of the block's albedo, as the rasterizer shades
+// Light that comes straight from sources: what the picture of the first surface needs, and no more. See-through blocks
+// are layers before it (render/see_through.shared.h), unless transparency=opaque. Other surfaces that scatter by
+// impulses alone (mirrors, meshes of glass) are shaded as matte ones of the block's albedo, as the rasterizer shades
 // them; media dim what lies behind and add their own emission.
 // error  all other light is missing: the bias floor of the ladder of light transports
 #include <algorithm>
 #include <cmath>
 
+#include "render/see_through.h"
 #include "render/shading.h"
 #include "render/trace/transport.h"
 
@@ -48,27 +50,102 @@ Vec3d one_light(Transport& t, LightTarget target, int samples, bool shadows, con
   return sum / double(samples);
 }
 
-/// The first surface from the camera, with the fog before it.
+/// The kind of the see-through block that a ray is in; 0: none.
+uint16_t kind_at(Transport& t, world::VoxelPos voxel) { return t.shared.see_through->kind(t.tracer.block(voxel)); }
+
+/// What the camera looks straight through, front to back.
+struct Layers {
+  shared::StraightView view = shared::start_of_view();
+  uint16_t eye = 0, medium = 0;  // kinds of the block that the camera is in, and of that at hand
+  double passed = 0;             // m up to the last interface
+  bool any = false;
+};
+
+/// Meets the surface if it is one of a see-through block. `fog`: from the camera up to it. `shade`: what its matte part
+/// shows.
 template <class Shade>
-Vec3d first_surface(Transport& t, const TraceRay& ray, Shade shade) {
-  ++t.tracer.counts.camera_rays;
-  const Vec3f absorption = t.tracer.absorption(ray);
-  Surface s = t.tracer.intersect(ray, t.crossings);
-  t.texture(s, ray, true);
-  FogView fog;
-  if (t.scene().has_media()) {
-    media_along(t.tracer, ray, t.crossings, s.t, t.stretches);
-    fog = fog_along(t.stretches, ray.ray.direction);
+bool meet_layer(Transport& t, Layers& layers, const Surface& s, const Vec3d& direction, const FogView& fog,
+                Shade shade) {
+  if (!t.shared.see_through || s.kind != SurfaceKind::voxel || !t.shared.see_through->contains(s.block)) return false;
+  const SeeThroughKinds& kinds = *t.shared.see_through;
+  const uint32_t pattern = static_cast<uint32_t>(t.knobs().coverage_pattern);
+  const uint16_t far = s.inside ? kind_at(t, s.behind) : kinds.kind(s.block);
+  const shared::SeeThroughBlock &owner = kinds.of(s.block), &near_block = kinds.blocks()[layers.medium];
+  const int axis = world::face_axis(s.face);
+  const shared::InterfaceShares shares =
+      shared::interface_shares(owner, kinds.blocks()[layers.eye].absorption.w, near_block.absorption.w,
+                               kinds.blocks()[far].absorption.w, static_cast<float>(std::abs(direction[axis])));
+  Vec3d mirrored(0), matte(0);
+  if (shares.mirrored != glsl::vec3(0)) {
+    Vec3d back = direction;
+    back[axis] = -back[axis];
+    mirrored = t.sky(Vec3f(back));
   }
-  Vec3d seen(0);
-  if (!s.hit())
-    seen = seen_far(t, ray);
-  else if (s.kind == SurfaceKind::luminaire)
-    seen = Vec3d(s.emission);
-  else
-    seen = Vec3d(s.emission) + shade(s);
-  if (absorption != Vec3f(0)) seen *= absorbed(absorption, s.t);
-  return fog.value * seen + fog.added;
+  if (shares.matte > 0) {
+    Surface whole = s;  // of which `shares` says how much there is
+    whole.parameters.coverage = 1;
+    matte = Vec3d(t.scene().materials()[s.block].emission) + shade(whole);
+  }
+  uint32_t mask = 0;
+  if (pattern != shared::kCoverageExact && owner.matte.w == static_cast<float>(shared::kSeeThroughCoverage)) {
+    const int32_t plane = s.behind[axis] + (s.face & 1);
+    mask = shared::coverage_mask(pattern, owner.emitted.w, t.column, t.row, static_cast<uint32_t>(plane * 6 + s.face));
+  }
+  layers.view = met_media(layers.view, glsl::vec3(fog.value), glsl::vec3(fog.added));
+  layers.view = met_interface(layers.view, owner, shares, glsl::vec3(near_block.absorption),
+                              static_cast<float>(layers.passed + s.t), glsl::vec3(mirrored), glsl::vec3(matte),
+                              !s.inside, pattern, mask);
+  layers.passed += s.t;
+  layers.medium = far;
+  layers.any = true;
+  ++t.tracer.counts.transmissions;
+  return true;
+}
+
+/// The first surface from the camera that none looks straight through, with the layers and the fog before it.
+template <class Shade>
+Vec3d first_surface(Transport& t, TraceRay ray, Shade shade) {
+  ++t.tracer.counts.camera_rays;
+  const double t_most = ray.ray.t_max;
+  const Vec3d direction = ray.ray.direction;
+  Layers layers;
+  if (t.shared.see_through) layers.eye = layers.medium = kind_at(t, ray.ray.voxel);
+  FogView fog;
+  for (;;) {
+    const Vec3f absorption = t.tracer.absorption(ray);
+    Surface s = t.tracer.intersect(ray, t.crossings);
+    t.texture(s, ray, layers.passed, true);
+    if (t.scene().has_media()) {
+      media_along(t.tracer, ray, t.crossings, s.t, t.stretches);
+      const FogView here = fog_along(t.stretches, direction);
+      fog.added += fog.value * here.added;
+      fog.value *= here.value;
+    }
+    if (meet_layer(t, layers, s, direction, fog, shade)) {
+      const glsl::vec3 left = layers.view.through;
+      if (std::max({left.x, left.y, left.z}) < 1e-6f) return Vec3d(layers.view.added);
+      ray = s.spawn(Vec3f(direction));
+      ray.ray.direction = direction;
+      ray.ray.t_max = t_most - layers.passed;
+      continue;
+    }
+    Vec3d seen(0);
+    if (!s.hit())
+      seen = seen_far(t, ray);
+    else if (s.kind == SurfaceKind::luminaire)
+      seen = Vec3d(s.emission);
+    else
+      seen = Vec3d(s.emission) + shade(s);
+    if (!layers.any) {
+      if (absorption != Vec3f(0)) seen *= absorbed(absorption, s.t);
+      return fog.value * seen + fog.added;
+    }
+    const uint32_t pattern = static_cast<uint32_t>(t.knobs().coverage_pattern);
+    const std::vector<shared::SeeThroughBlock>& blocks = t.shared.see_through->blocks();
+    layers.view = met_media(layers.view, glsl::vec3(fog.value), glsl::vec3(fog.added));
+    return Vec3d(end_of_view(layers.view, blocks[layers.medium], blocks[layers.eye].absorption.w,
+                             static_cast<float>(layers.passed + s.t), glsl::vec3(seen), pattern));
+  }
 }
 
 }  // namespace

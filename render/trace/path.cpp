@@ -30,7 +30,7 @@ class Path {
     for (vertex_ = 0;; ++vertex_) {
       const Vec3f absorption = t_.tracer.absorption(ray_);
       Surface surface = t_.tracer.intersect(ray_, t_.crossings);
-      t_.texture(surface, ray_, vertex_ == 0);
+      t_.texture(surface, ray_, 0, vertex_ == 0);
       ScatterEvent event{false, surface.t, nullptr};
       if (t_.scene().has_media()) {
         media_along(t_.tracer, ray_, t_.crossings, surface.t, t_.stretches);

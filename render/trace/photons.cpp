@@ -131,7 +131,7 @@ Vec3d photons_radiance(Transport& t, const TraceRay& camera_ray, const Sampler& 
     const uint32_t dimension = kVertexDimension + vertex * kDimensionsPerVertex;
     const Vec3f absorption = t.tracer.absorption(ray);
     Surface s = t.tracer.intersect(ray, t.crossings);
-    t.texture(s, ray, vertex == 0);
+    t.texture(s, ray, 0, vertex == 0);
     if (t.scene().has_media()) {
       media_along(t.tracer, ray, t.crossings, s.t, t.stretches);
       const FogView fog = fog_along(t.stretches, ray.ray.direction);

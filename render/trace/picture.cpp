@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "render/effects/chain.h"
+#include "render/see_through.h"
 #include "render/trace/film.h"
 #include "render/textures/texture_set.h"
 #include "render/trace/photons.h"
@@ -197,6 +198,7 @@ class Picture {
     // Of several samples each stands for its part of the pixel.
     const double part = 1 / (length * (knobs.spp == 1 ? 1.0 : kSamplesAcross));
     transport.pixel_x = Vec3f(rays_.step_x * part), transport.pixel_y = Vec3f(rays_.step_y * part);
+    transport.column = static_cast<uint32_t>(x), transport.row = static_cast<uint32_t>(y);
     ray.ray.t_max = knobs.view_distance;
     ray.around = around_;
     return integrator_(transport, ray, sampler);
@@ -250,7 +252,10 @@ world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& c
     TRY(film, Film::load(sampling.film, width, height, key));
   }
 
-  const TransportScene shared{&scene, &lights, knobs, textures.empty() ? nullptr : &textures};
+  const SeeThroughKinds kinds(view.palette());
+  const bool straight = knobs.transparency != Transparency::opaque && kinds.called_for(view.store().census());
+  const TransportScene shared{
+      &scene, &lights, knobs, textures.empty() ? nullptr : &textures, nullptr, straight ? &kinds : nullptr};
   Picture picture(shared, camera, sampling.seed, film);
   Clock::time_point saved = Clock::now();
   const uint32_t wanted = static_cast<uint32_t>(knobs.spp);

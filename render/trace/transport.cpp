@@ -58,12 +58,12 @@ Vec3d Transport::seen_sky(const Vec3f& direction) const {
   return {l.r, l.g, l.b};
 }
 
-void Transport::texture(Surface& s, const TraceRay& ray, bool seen) const {
+void Transport::texture(Surface& s, const TraceRay& ray, double before, bool seen) const {
   if (!shared.textures || s.kind != SurfaceKind::voxel || s.inside) return;
   const int axis = world::face_axis(s.face);
   glm::vec3 step_x(0), step_y(0);
   if (seen) {
-    const Vec3f direction(ray.ray.direction), at = direction * static_cast<float>(s.t);
+    const Vec3f direction(ray.ray.direction), at = direction * static_cast<float>(before + s.t);
     step_x = render::shared::texture_step(at, direction, pixel_x, axis);
     step_y = render::shared::texture_step(at, direction, pixel_y, axis);
   }

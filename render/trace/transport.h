@@ -25,6 +25,7 @@ constexpr uint32_t kPickLight = 0, kOnLight = 1, kScatter = 3, kRoulette = 6, kF
                    kShadowPath = 10;
 
 class PhotonMap;
+class SeeThroughKinds;
 class TextureSet;
 
 /// What all threads read.
@@ -32,8 +33,9 @@ struct TransportScene {
   const TraceScene* scene = nullptr;
   const LightSet* lights = nullptr;
   RenderKnobs knobs;
-  const TextureSet* textures = nullptr;  // null: all blocks are even
-  const PhotonMap* photons = nullptr;    // of the sample at hand, where light_transport asks for them
+  const TextureSet* textures = nullptr;          // null: all blocks are even
+  const PhotonMap* photons = nullptr;            // of the sample at hand, where light_transport asks for them
+  const SeeThroughKinds* see_through = nullptr;  // blocks that direct and ambient_occlusion look straight through
 };
 
 /// Light that goes straight from a light to a point: `value` is the share that arrives, the others as in Transmittance.
@@ -68,9 +70,10 @@ class Transport {
   Vec3d seen_sky(const Vec3f& direction) const;
 
   /// Gives a surface of the grid its block's texture. `seen`: by the camera's ray, over the pixel's footprint; else at
-  /// the point itself.
-  void texture(Surface& surface, const TraceRay& ray, bool seen) const;
+  /// the point itself. `before`: m from the camera to the ray's start.
+  void texture(Surface& surface, const TraceRay& ray, double before, bool seen) const;
 
+  uint32_t column = 0, row = 0;  // of the pixel at hand
   Vec3f pixel_x{0}, pixel_y{0};  // from the camera's ray at hand, of length 1, to those of the next pixels
   std::vector<Crossing> crossings, shadow_crossings;
   std::vector<MediumStretch> stretches, shadow_stretches;

@@ -23,7 +23,7 @@ struct Recursion {
   Vec3d seen(const TraceRay& ray, int depth, double share) {
     const Vec3f absorption = t.tracer.absorption(ray);
     Surface s = t.tracer.intersect(ray, t.crossings);
-    t.texture(s, ray, vertex == 0);
+    t.texture(s, ray, 0, vertex == 0);
     FogView fog;
     if (t.scene().has_media()) {
       media_along(t.tracer, ray, t.crossings, s.t, t.stretches);

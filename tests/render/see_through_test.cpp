@@ -64,6 +64,38 @@ TEST(HardCaseA1, WhatPassesAnAbsorberIsAShareForAllNumbers) {
   }
 }
 
+TEST(SeeThrough, ALayerThatPassesAllLeavesFogAsItIs) {
+  SeeThroughBlock nothing;
+  nothing.matte.w = static_cast<float>(kSeeThroughCoverage), nothing.emitted.w = 0;  // a coverage of 0
+  const glm::vec3 behind(3, 2, 1), shine(5, 7, 9);
+  const auto value_at = [](float t) {
+    return glm::vec3(std::exp(-0.1f * t), std::exp(-0.2f * t), std::exp(-0.4f * t));
+  };
+  StraightView v = start_of_view();
+  for (const float t : {0.5f, 2.0f, 7.0f}) {
+    v = met_media(v, value_at(t), shine * (1.0f - value_at(t)));
+    v = met_interface(v, nothing, interface_shares(nothing, 1, 1, 1, 1), glm::vec3(0), t, glm::vec3(99), glm::vec3(99),
+                      true, kCoverageExact, 0);
+  }
+  v = met_media(v, value_at(11), shine * (1.0f - value_at(11)));
+  const glm::vec3 seen = end_of_view(v, SeeThroughBlock{}, 1, 11, behind, kCoverageExact);
+  const glm::vec3 fog = value_at(11) * behind + shine * (1.0f - value_at(11));
+  for (int b = 0; b < 3; ++b) EXPECT_NEAR(seen[b], fog[b], 1e-5 * fog[b]);  // rounding of a few sums
+}
+
+TEST(SeeThrough, ALayerHidesOnlyTheFogBehindIt) {
+  // A matte sheet half there at 1 m, of radiance 4, in fog that shines.
+  SeeThroughBlock half;
+  half.matte.w = static_cast<float>(kSeeThroughCoverage), half.emitted.w = 0.5f;
+  StraightView v = met_media(start_of_view(), glm::vec3(0.8f), glm::vec3(1));
+  v = met_interface(v, half, interface_shares(half, 1, 1, 1, 1), glm::vec3(0), 1, glm::vec3(0), glm::vec3(4), true,
+                    kCoverageExact, 0);
+  v = met_media(v, glm::vec3(0.2f), glm::vec3(5));
+  // 1 of the fog before it, half of the sheet through that, half of the 4 of the fog behind and of what ends the view.
+  EXPECT_NEAR(end_of_view(v, SeeThroughBlock{}, 1, 9, glm::vec3(10), kCoverageExact).x,
+              1 + 0.5 * 0.8 * 4 + 0.5 * (5 - 1) + 0.5 * 0.2 * 10, 1e-5);
+}
+
 TEST(SeeThrough, WhatLiesInADenserMediumLooksDarkerByTheSquareOfTheIndices) {
   SeeThroughBlock water;
   water.absorption = {0, 0, 0, 1.333f};

@@ -13,6 +13,8 @@ struct FacePoint {
   vec3 fraction;        // the place in it, exactly on the face
   vec3 to_eye;          // unit
   vec3 step_x, step_y;  // on the face's plane to what the next pixels see, m; 0 where that isn't known
+  bool layer;           // of a see-through block: the part of it that is there, however much that is
+  bool bare;            // seen from within its block, where no texture is
 };
 
 /// The point where a ray from the camera's voxel meets a face: `hit` relative to that voxel, `plane` the face's own
@@ -23,6 +25,7 @@ FacePoint face_point(uint block, uint face, vec3 hit, int plane, vec3 to_eye) {
   p.face = face;
   p.to_eye = to_eye;
   p.step_x = p.step_y = vec3(0.0);
+  p.layer = p.bare = false;
   ivec3 start = ivec3(floor(hit));
   vec3 fraction = hit - vec3(start);
   const uint axis = face >> 1;
@@ -114,7 +117,7 @@ vec3 face_radiance(const FacePoint p) {
   if (kSkyRays > 0u) lit *= open_sky(at);
   const vec3 emitted = materials[2u * p.block + 1u].rgb;
   float factor = 1.0;
-  if (kTextures != kTextureOff) {
+  if (kTextures != kTextureOff && !p.bare) {
     ivec3 voxel = p.front;
     voxel[axis] -= positive ? 1 : -1;
     factor = texture_factor(p.block, voxel, face, p.fraction, p.step_x, p.step_y);
@@ -130,6 +133,7 @@ vec3 face_radiance(const FacePoint p) {
     return albedo * (lit + sun * sun_lit) + emitted;
   }
   Scatterer scatterer = scatterer_of(p.block);
+  if (p.layer) scatterer.parameters.coverage = 1.0;
   if (kTextures != kTextureOff) {
     scatterer.albedo *= factor;
     scatterer.parameters.lambertian *= factor;

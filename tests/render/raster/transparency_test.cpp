@@ -100,6 +100,10 @@ double mean_difference(const Image& a, const Image& b) {
 /// Panes of glass, one voxel thick and one apart, before a wall of stone.
 world::World panes(int count, std::initializer_list<const char*> kinds) {
   world::World w(world::standard_blocks());
+  world::Block lace;
+  lace.name = "lace", lace.bsdf = "coverage", lace.coverage = 0.4f;
+  lace.albedo = {0.7f, 0.3f, 0.5f}, lace.opaque = false;
+  CHECK(w.palette->add(lace).ok());
   world::EditBatch batch;
   for (int i = 0; i < count; ++i)
     batch.fill({{-12, -12, -4 - 2 * i}, {12, 12, -4 - 2 * i}},
@@ -136,6 +140,55 @@ TEST_F(TransparencyTest, HillsWithWaterAndGlassAgreeNearAndFar) {
   constexpr world::VoxelPos kFar{10'000'000, 0, -10'000'000};
   for (const NamedCamera& view : hill_cameras()) expect_agreement(hills(), view.camera, "hills, " + view.name);
   expect_agreement(hills(kFar), hill_cameras(kFar)[0].camera, "hills far out");
+}
+
+world::Luminaire lamp_at(world::WorldPoint position, float power_w) {
+  world::Luminaire lamp;
+  lamp.name = lamp.kind = "omni";
+  lamp.position = position;
+  lamp.power = {power_w, 0.9f * power_w, 0.6f * power_w};
+  return lamp;
+}
+
+world::Medium fog_box(world::Vec3f half_extent) {
+  world::Medium fog;
+  fog.name = fog.kind = "box_fog";
+  fog.absorption = {0.04f, 0.06f, 0.09f};
+  fog.emission = {20, 25, 35};
+  fog.position = world::WorldPoint::from(0, 0, -6);
+  fog.half_extent = half_extent;
+  return fog;
+}
+
+TEST_F(TransparencyTest, LuminairesLightWhatIsThereOfLayersAndWhatLiesBehindThem) {
+  // One of each BSDF that is seen through. Shadows are of opaque blocks alone in the rasterizer, and of all blocks, as
+  // far as they hold light back, in the ray caster: not of any here.
+  knobs_.luminaire_shadow = LuminaireShadow::none, knobs_.sun_shadow = SunShadow::none;
+  world::World w = panes(6, {"lace", "glass", "glass_red"});
+  w.luminaires = {lamp_at(world::WorldPoint::from(1.5, 3.5, -1.2), 9000),
+                  lamp_at(world::WorldPoint::from(-3, 2, -15.5), 20000)};
+  const Camera camera = camera_at({}, {3.2, 2.3, 4.5}, {-0.2, -0.1, -1});
+  for (const Transparency order : {Transparency::lists, Transparency::sorted}) {
+    knobs_.transparency = order;
+    expect_agreement(w, camera, "panes by lamps");
+  }
+  const Image lit = raster(w, camera);
+  w.luminaires.clear();
+  EXPECT_GT(mean_difference(lit, raster(w, camera)), 0.1);
+}
+
+TEST_F(TransparencyTest, FogLiesBeforeBetweenAndBehindLayers) {
+  knobs_.sun_shadow = SunShadow::none;
+  // About the first panes, so that an order in which fog comes before or after all layers would be wrong.
+  for (const world::Vec3f half_extent : {world::Vec3f(30, 30, 30), world::Vec3f(30, 30, 3), world::Vec3f(2, 1.5f, 6)}) {
+    world::World w = panes(4, {"glass_red", "glass", "lace"});
+    w.media = {fog_box(half_extent)};
+    const Camera camera = camera_at({}, {3.2, 2.3, 4.5}, {-0.2, -0.1, -1});
+    for (const Transparency order : {Transparency::lists, Transparency::sorted}) {
+      knobs_.transparency = order;
+      expect_agreement(w, camera, "panes in fog");
+    }
+  }
 }
 
 TEST_F(TransparencyTest, HardCaseR6_AnEyeInWaterOrGlassSeesNoHoleAtTheNearPlane) {
@@ -183,7 +236,6 @@ TEST_F(TransparencyTest, HardCaseA13_TiesAreSettledTheSameWayEachTime) {
 
 TEST_F(TransparencyTest, UnitFacesSortedByTheirDistanceAreInExactOrder) {
   knobs_.merge_faces = false;
-  knobs_.textures = TextureFilter::off;  // of layers, only lists find the texel
   const world::World worlds[] = {glasshouse(), panes(6, {"glass_red", "glass_blue", "glass"})};
   const Camera cameras[] = {Camera::from(worlds[0].cameras[0]), camera_at({}, {3.2, 2.3, 4.5}, {-0.2, -0.1, -1})};
   for (size_t i = 0; i < 2; ++i) {
