@@ -54,7 +54,7 @@ unformatted=$(find world sim render tools tests \( -name '*.h' -o -name '*.cpp' 
   failed=$(( failed + 1 ))
 }
 
-tools/build.sh release all -- -DLOAM_WERROR=ON || { failed=$(( failed + 1 )); finish; }
+tools/build.sh release all -- -DLOAM_WERROR=ON -DLOAM_PRECOMPILE=ON || { failed=$(( failed + 1 )); finish; }
 parts=$(ctest --test-dir build/release -N | sed -n 's/^ *Test *#[0-9]*: //p')
 [[ -n $parts ]] || { echo "test: there are no tests"; failed=1; }
 for part in $parts; do run_tests "$part" build/release "$part" 600; done
