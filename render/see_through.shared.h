@@ -152,10 +152,10 @@ SHARED uint coverage_mask(uint pattern, float alpha, uint pixel_x, uint pixel_y,
 
 /* --- a pixel, front to back -------------------------------------------------------------------------------------- */
 struct StraightView {
-  vec3 added SHARED_INIT(vec3(0));   /* radiance of the layers so far */
-  vec3 through SHARED_INIT(vec3(1)); /* what they let through of the rest */
-  uint open SHARED_INIT(0xffffu);    /* samples that no partial coverage hides, where coverage is by samples */
-  float t SHARED_INIT(0.0f);         /* m, where the last interface lies */
+  vec3 added SHARED_INIT(vec3(0));    /* radiance of the layers so far */
+  vec3 through SHARED_INIT(vec3(1));  /* what they let through of the rest */
+  uint open SHARED_INIT(0xffffu);     /* samples that no partial coverage hides, where coverage is by samples */
+  float t SHARED_INIT(0.0f);          /* m, where the last interface lies */
   vec3 of_media SHARED_INIT(vec3(0)); /* radiance of the media between the eye and the place at hand, if seen alone */
   vec3 counted SHARED_INIT(vec3(0));  /* the part of that before the last interface */
   vec3 arrives SHARED_INIT(vec3(1));  /* share of what is shown at that place that those media let through to the eye */
