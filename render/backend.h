@@ -86,8 +86,9 @@ struct ParticleRecord {
   world::Ratio3 albedo{1, 1, 1};
   float opacity = 1;         // of its middle, 0..1
   world::Radiance3 emitted;  // by itself, of its middle
+  float velocity_x = 0, velocity_y = 0, velocity_z = 0;  // m/s: seen all along its way while the shutter is open
 };
-static_assert(sizeof(ParticleRecord) == 44);
+static_assert(sizeof(ParticleRecord) == 56);
 
 /// A body: a box along the axes, matte.
 struct BodyRecord {

@@ -56,6 +56,7 @@ DrawnInhabitants drawn_inhabitants(const world::WorldView& view, const Inhabitan
   const auto to_sides = static_cast<float>(1 / (4 * kPi));
   const Rgb sun{e.r * to_sides, e.g * to_sides, e.b * to_sides};
   const double pixel = glm::length(rays.step_x);
+  const double shutter_s = std::max(knobs.shutter, 0.0f);
 
   std::vector<shared::DrawnBall> balls(inhabitants.particles.size());
   world::parallel_ranges(balls.size(), 1024, [&](size_t begin, size_t end) {
@@ -67,15 +68,21 @@ DrawnInhabitants drawn_inhabitants(const world::WorldView& view, const Inhabitan
       if (!(depth > -double{p.radius}) || !(distance <= knobs.view_distance) || !(p.opacity > 0) || !(p.radius > 0))
         continue;
       const double least = kPixelRadius * pixel * std::max(depth, 0.0), radius = std::max(double{p.radius}, least);
-      if (std::abs(glm::dot(middle, rays.window_right)) > rays.window_half_x * depth + 2 * radius * rays.longest ||
-          std::abs(glm::dot(middle, rays.window_up)) > rays.window_half_y * depth + 2 * radius * rays.longest)
+      const Vec3d way = shutter_s * Vec3d(p.velocity_x, p.velocity_y, p.velocity_z);
+      const double length = glm::length(way), around = radius + length / 2;
+      if (!std::isfinite(length)) continue;
+      if (std::abs(glm::dot(middle, rays.window_right)) > rays.window_half_x * depth + 2 * around * rays.longest ||
+          std::abs(glm::dot(middle, rays.window_up)) > rays.window_half_y * depth + 2 * around * rays.longest)
         continue;
       const Light light = light_at(opaque, camera.position + middle, environment, shadows);
       const Rgb radiance = times(p.albedo, sky * light.sky + sun * light.sun) + p.emitted;
       const double thinner = p.radius / radius;
       const double optical_depth = -std::log1p(-double{std::min(p.opacity, kMostOpacity)}) * thinner * thinner;
+      // A way of less than a pixel shows nothing.
+      const bool moves = length > pixel * std::max(depth, 0.0);
       balls[i] = {glm::vec4(glm::vec3(middle), static_cast<float>(radius)),
-                  vec4_of(radiance, static_cast<float>(optical_depth))};
+                  vec4_of(radiance, static_cast<float>(optical_depth)),
+                  moves ? glm::vec4(glm::vec3(way), 1) : glm::vec4(0)};
     }
   });
   std::erase_if(balls, [](const shared::DrawnBall& b) { return !(b.middle.w > 0); });
@@ -130,7 +137,12 @@ void draw_over(const DrawnInhabitants& drawn, const Camera& camera, std::vector<
   std::vector<Reach> of_boxes, of_balls;
   for (const shared::DrawnBox& b : drawn.boxes)
     of_boxes.push_back(reach_of(glm::vec3(b.low + b.high) * 0.5f, glm::length(glm::vec3(b.high - b.low)) * 0.5f));
-  for (const shared::DrawnBall& b : drawn.balls) of_balls.push_back(reach_of(glm::vec3(b.middle), b.middle.w));
+  for (const shared::DrawnBall& b : drawn.balls) {
+    const glm::vec3 middle(b.middle), half_way = 0.5f * glm::vec3(b.way);
+    const Reach from = reach_of(middle - half_way, b.middle.w), to = reach_of(middle + half_way, b.middle.w);
+    of_balls.push_back(
+        {std::min(from.x0, to.x0), std::max(from.x1, to.x1), std::min(from.y0, to.y0), std::max(from.y1, to.y1)});
+  }
 
   constexpr size_t kRows = 8;
   world::parallel_ranges((static_cast<size_t>(image.height) + kRows - 1) / kRows, 1, [&](size_t begin, size_t end) {

@@ -2,12 +2,12 @@
 ///
 /// A particle is a ball of thin matter that lets (1 - opacity) of the light through along its diameter: a ray that
 /// passes c metres of it loses 1 - (1 - opacity)^(c / diameter), so that it is soft at its rim, where it dips into a
-/// surface, and around a camera inside it. One smaller than a pixel is drawn a pixel wide and as much fainter.
+/// surface, and around a camera inside it. One smaller than a pixel is drawn a pixel wide and as much fainter. One that
+/// moves is a streak: the mean of where it is while the shutter is open (knob `shutter`).
 ///
 /// cost   two rays a particle or body (sun and sky), a sort
 /// error  a particle has one radiance: that of a matte ball from all sides, in the sun or not, under the sky or (where
-/// a
-///        ray upwards is blocked) a fifth of it. Balls that overlap are laid over each other by their middles
+///        a ray upwards is blocked) a fifth of it. Balls that overlap are laid over each other by their middles
 /// source William T. Reeves. Particle Systems - A Technique for Modeling a Class of Fuzzy Objects. 1983; for soft edges
 ///        Tristan Lorach. Soft Particles. 2007, and Umenhoffer, Szirmay-Kalos, Szijarto. Spherical Billboards and their
 ///        Application to Rendering Explosions. 2006

@@ -7,8 +7,9 @@
 SHARED_NAMESPACE(render)
 
 struct DrawnBall {
-  vec4 middle;   /* w: radius */
-  vec4 radiance; /* w: optical depth along its diameter */
+  vec4 middle;                   /* w: radius */
+  vec4 radiance;                 /* w: optical depth along its diameter */
+  vec4 way SHARED_INIT(vec4(0)); /* w: 0 for none. All that it moves while the shutter is open; `middle` is halfway */
 };
 
 struct DrawnBox {
@@ -16,8 +17,37 @@ struct DrawnBox {
   vec4 radiance[6]; /* by face: -x +x -y +y -z +z */
 };
 
-/* How much of what lies behind a ball is hidden, for a ray that ends at `end`. */
+/* The integral of sqrt(c - a s^2) from s0 to s1, where the root is real; a > 0. */
+SHARED float half_chords(float a, float c, float s0, float s1) {
+  float edge = sqrt(c / a);
+  float x0 = clamp(s0 / edge, -1.0f, 1.0f), x1 = clamp(s1 / edge, -1.0f, 1.0f);
+  float at0 = x0 * sqrt(max(1.0f - x0 * x0, 0.0f)) + asin(x0), at1 = x1 * sqrt(max(1.0f - x1 * x1, 0.0f)) + asin(x1);
+  return 0.5f * sqrt(c) * edge * (at1 - at0);
+}
+
+/* How much of what lies behind a ball is hidden, for a ray that ends at `end`, in the mean while it moves: the mean of
+ * the optical depth is exact where nothing cuts its way short; of what does, the ball's nearest place to the ray says
+ * how much is left. */
+SHARED float moving_ball_opacity(SHARED_IN(DrawnBall) ball, vec3 direction, float end) {
+  vec3 middle = vec3(ball.middle.x, ball.middle.y, ball.middle.z), way = vec3(ball.way.x, ball.way.y, ball.way.z);
+  float radius = ball.middle.w;
+  vec3 beside = middle - dot(middle, direction) * direction, across = way - dot(way, direction) * direction;
+  /* Its distance from the ray at the time s in [-1/2, 1/2], squared: a (s - nearest)^2 + closest. */
+  float a = max(dot(across, across), 1e-6f * radius * radius);
+  float nearest = clamp(-dot(beside, across) / a, -1e6f, 1e6f);
+  vec3 off = beside + nearest * across;
+  float c = radius * radius - dot(off, off);
+  if (!(c > 0.0f)) return 0.0f;
+  float chord = 2.0f * half_chords(a, c, -0.5f - nearest, 0.5f - nearest);
+  float along = dot(middle + clamp(nearest, -0.5f, 0.5f) * way, direction), reach = sqrt(c);
+  float left = min(along + reach, end) - max(along - reach, 0.0f);
+  if (!(left > 0.0f)) return 0.0f;
+  return 1.0f - exp(-ball.radiance.w * chord * (left / (2.0f * reach)) / (2.0f * radius));
+}
+
+/* The same for one that stands still, and for any. */
 SHARED float ball_opacity(SHARED_IN(DrawnBall) ball, vec3 direction, float end) {
+  if (ball.way.w != 0.0f) return moving_ball_opacity(ball, direction, end);
   vec3 middle = vec3(ball.middle.x, ball.middle.y, ball.middle.z);
   float along = dot(middle, direction);
   vec3 beside = middle - along * direction;

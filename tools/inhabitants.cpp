@@ -19,7 +19,8 @@ void InhabitantRecords::take(const sim::Matter& matter, world::VoxelPos origin) 
           const auto at = [&](int axis) {
             return static_cast<float>(from[axis]) + static_cast<float>(block.at[axis][i]) * kUnit;
           };
-          particles_.push_back({at(0), at(1), at(2), 0.5f * k.size_m, k.colour, k.opacity, {}});
+          particles_.push_back({at(0), at(1), at(2), 0.5f * k.size_m, k.colour, k.opacity, k.radiance,
+                                block.velocity[0][i], block.velocity[1][i], block.velocity[2][i]});
         }
       }
     }

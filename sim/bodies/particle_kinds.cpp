@@ -45,6 +45,9 @@ ParticleKind read_kind(const std::string& name, TomlTable& table, std::string& s
   table.read("colour", std::span<float>(colour), kShare);
   kind.colour = {colour[0], colour[1], colour[2]};
   table.read("opacity", kind.opacity, kShare);
+  float radiance[3] = {0, 0, 0};
+  table.read("radiance", std::span<float>(radiance), {.min = 0, .max = 1e6});
+  kind.radiance = {radiance[0], radiance[1], radiance[2]};
   return kind;
 }
 

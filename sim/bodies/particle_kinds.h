@@ -29,7 +29,8 @@ struct ParticleKind {
   int priority = 0;                     // 0 .. 100
   float size_m = 0.05f;                 // in (0, 10]
   world::Ratio3 colour{1, 1, 1};
-  float opacity = 1;  // in [0, 1]
+  float opacity = 1;          // in [0, 1]
+  world::Radiance3 radiance;  // that it sends out by itself, W/(m^2 sr), in [0, 1e6]
 };
 
 constexpr size_t kMostParticleKinds = 64;

@@ -275,6 +275,8 @@ struct Crowd {
                            {u(4), 0.8f, u(5)},
                            0.1f + 0.9f * u(6),
                            {0, 0, 0}});
+      // Every third one stands still.
+      if (i % 3) particles.back().velocity_x = 40 * u(7) - 20, particles.back().velocity_y = 60 * u(3) - 50;
     }
     bodies.push_back({3, 24, 3, 2, 3, 1, {0.7f, 0.2f, 0.1f}});
     bodies.push_back({-20, 12, 20, 4, 4, 4, {0.1f, 0.2f, 0.7f}});  // half in the ground
@@ -344,6 +346,51 @@ TEST(InhabitantsOfAPicture, ASmallParticleKeepsItsShareOfAPixel) {
   // Four times as far has a sixteenth of the light, down to far below a pixel.
   EXPECT_NEAR(sum(0.3f, 10) / sum(0.3f, 40), 16, 2.5);
   EXPECT_NEAR(sum(0.02f, 10) / sum(0.02f, 40), 16, 2.5);
+}
+
+TEST(InhabitantsOfAPicture, AStreakIsTheMeanOfWhereTheParticleIs) {
+  const shared::DrawnBall streak{{0.3f, -0.2f, -10, 0.5f}, {1, 1, 1, 0.8f}, {3, 1, -2, 1}};
+  for (int y = -8; y <= 8; ++y)
+    for (int x = -20; x <= 20; ++x) {
+      const glm::vec3 direction = glm::normalize(glm::vec3(0.01f * float(x) + 0.003f, 0.01f * float(y), -1));
+      double depth = 0;
+      constexpr int kTimes = 4000;
+      for (int i = 0; i < kTimes; ++i) {
+        shared::DrawnBall still = streak;
+        still.middle += ((float(i) + 0.5f) / kTimes - 0.5f) * glm::vec4(glm::vec3(streak.way), 0);
+        still.way = glm::vec4(0);
+        depth -= std::log1p(-double{shared::ball_opacity(still, direction, 100)}) / kTimes;
+      }
+      ASSERT_NEAR(shared::ball_opacity(streak, direction, 100), 1 - std::exp(-depth), 2e-4) << x << " " << y;
+    }
+  // Straight away from the eye it is a ball.
+  const shared::DrawnBall away{{0, 0, -10, 0.5f}, {1, 1, 1, 0.8f}, {0, 0, 4, 1}};
+  EXPECT_NEAR(shared::ball_opacity(away, {0, 0, -1}, 100), 1 - std::exp(-0.8f), 1e-4);
+  EXPECT_EQ(shared::ball_opacity(streak, {0, 0, 1}, 100), 0);  // behind
+  EXPECT_EQ(shared::ball_opacity(streak, {0, 0, -1}, 3), 0);   // hidden
+}
+
+TEST(InhabitantsOfAPicture, AThinParticleHidesAsMuchHoweverItMoves) {
+  const world::World w(world::standard_blocks());
+  const Camera camera = camera_at({}, {0.5, 0.5, 0.5}, {0, 0, -1});
+  const auto sum = [&](world::Vec3f velocity, float shutter) {
+    std::vector<ParticleRecord> one{{0.5f, 0.5f, -9.5f, 0.1f, {1, 1, 1}, 0.05f, {1000, 1000, 1000}}};
+    one[0].velocity_x = velocity.x, one[0].velocity_y = velocity.y, one[0].velocity_z = velocity.z;
+    RenderKnobs knobs;
+    knobs.shutter = shutter;
+    const DrawnInhabitants drawn = drawn_inhabitants(world::WorldView(w), {{}, one, {}}, camera, knobs, 640, 360);
+    Image image(640, 360);
+    std::vector<float> distances(image.pixels.size(), 1e30f);
+    draw_over(drawn, camera, distances, image);
+    double total = 0;
+    for (const Rgb& p : image.pixels) total += double{p.g};
+    return total;
+  };
+  const double still = sum({}, 0.02f);
+  EXPECT_GT(still, 0);
+  EXPECT_EQ(sum({5, -60, 3}, 0), still);  // no shutter, no streak
+  for (const world::Vec3f velocity : {world::Vec3f(0, -60, 0), world::Vec3f(70, 50, 0), world::Vec3f(-30, 10, 4)})
+    EXPECT_NEAR(sum(velocity, 0.02f), still, 0.04 * still);  // it is some 7 pixels wide, sampled at their middles
 }
 
 }  // namespace

@@ -144,7 +144,8 @@ std::string table_text(const std::vector<std::vector<std::string>>& rows) {
     for (size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
   }
   const auto is_number = [](const std::string& cell) {
-    return !cell.empty() && (std::isdigit(static_cast<unsigned char>(cell[0])) || cell[0] == '-');
+    return !cell.empty() && (std::isdigit(static_cast<unsigned char>(cell[0])) || cell[0] == '-') &&
+           std::count(cell.begin(), cell.end(), ' ') <= 1;  // a number and its unit
   };
   std::string text;
   for (const auto& row : rows) {
