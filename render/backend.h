@@ -84,8 +84,8 @@ struct ParticleRecord {
   float x = 0, y = 0, z = 0;  // m from the corner of Inhabitants::origin
   float radius = 0.05f;       // m
   world::Ratio3 albedo{1, 1, 1};
-  float opacity = 1;         // of its middle, 0..1
-  world::Radiance3 emitted;  // by itself, of its middle
+  float opacity = 1;                                     // of its middle, 0..1
+  world::Radiance3 emitted;                              // by itself, of its middle
   float velocity_x = 0, velocity_y = 0, velocity_z = 0;  // m/s: seen all along its way while the shutter is open
 };
 static_assert(sizeof(ParticleRecord) == 56);

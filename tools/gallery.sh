@@ -74,6 +74,59 @@ simulated collapse collapse 2500
 simulated rainstorm rainstorm 1000
 size=960x540
 
+# One picture by both backends and where they differ, with a table of how much: at the usual settings, and with no coarser
+# levels of what is far, which are the rasterizer's alone.
+twins() {
+  local folder=$gallery/twins table=$gallery/twins.md
+  mkdir -p "$folder"
+  {
+    echo "# The same picture by the rasterizer and by rays"
+    echo
+    echo "Written by \`tools/gallery.sh\`. Differences are FLIP's map; the last columns are at \`lod_error_px=0\`, which leaves"
+    echo "out coarser levels of what is far. What is left lies on edges between two colours."
+    echo
+    echo "| | rasterizer | rays | difference | FLIP, mean | within 1/255 | FLIP, no coarser levels | within 1/255 |"
+    echo "|---|---|---|---|---|---|---|---|"
+  } >"$table"
+  twin "the valley at dawn" dawn valley --camera ground --set time_of_day=5.2 light_model=flood_rgb exposure=1
+  twin "at noon" noon valley --camera oblique --set time_of_day=12 light_model=flood4
+  twin "at night" night valley --camera ground --set time_of_day=20.6 light_model=flood_rgb exposure=3
+  twin "a cave, lamps, coloured glass" grotto grotto
+  twin "a glasshouse" glasshouse glasshouse
+  twin "under water" underwater glasshouse --camera underwater
+  twin "mist" mist mist
+  twin "rain" rain rainstorm --camera drenched --ticks 200
+  twin "scene_church1.vox" church "$data/vox/scene_church1.vox" --set time_of_day=15
+  twin "a region of Minecraft's, .mca" region "$data/mca/1.16/r.0.-1.mca" --set time_of_day=15
+}
+twin() {  # twin WORDS NAME SCENE [ARGS]
+  local words=$1 name=$2 scene=$3 folder=$gallery/twins scratch numbers="" lod
+  shift 3
+  if [[ $scene == /* && ! -e $scene ]]; then
+    echo "skipped twins of $name: $scene is not on this machine"
+    return
+  fi
+  scratch=$(mktemp -d)
+  for lod in usual none; do
+    local knobs=()
+    [[ $lod == usual ]] || knobs=(--set lod_error_px=0)
+    "$loam" render "$scene" --size 480x270 "$@" "${knobs[@]}" -o "$scratch/raster.png" | head -n 1
+    "$loam" render "$scene" --size 480x270 "$@" "${knobs[@]}" --backend raycast -o "$scratch/raycast.png" | head -n 1
+    "$loam" diff "$scratch/raster.png" "$scratch/raycast.png" --map "$scratch/map.png" >"$scratch/numbers"
+    numbers+=" | $(awk '$1 == "flip" { printf "%.5f", $2 }' "$scratch/numbers")"
+    numbers+=" | $(awk '$1 == "fraction_within_1" { printf "%.3f %%", 100 * $2 }' "$scratch/numbers")"
+    if [[ $lod == usual ]]; then
+      cp "$scratch/raster.png" "$folder/$name.png"
+      cp "$scratch/raycast.png" "$folder/$name-rays.png"
+      cp "$scratch/map.png" "$folder/$name-difference.png"
+    fi
+  done
+  rm -r "$scratch"
+  echo "| $words | ![]($(basename "$folder")/$name.png) | ![](twins/$name-rays.png) | ![](twins/$name-difference.png)$numbers |" \
+    >>"$gallery/twins.md"
+}
+twins
+
 # The ladder of light models: one cave, a picture a rung, with its time and its error against the path tracer below it.
 light_ladder() {
   local folder rung names="" pictures="" facts="" text
