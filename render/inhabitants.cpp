@@ -38,6 +38,42 @@ glm::vec4 vec4_of(const Rgb& c, float w = 0) { return {c.r, c.g, c.b, w}; }
 
 Rgb times(const world::Ratio3& a, const Rgb& b) { return {a.r * b.r, a.g * b.g, a.b * b.b}; }
 
+/// Rows and columns that a ball may reach.
+class Reach {
+ public:
+  Reach(const Camera& camera, int width, int height)
+      : rays(camera, width, height),
+        width_(width),
+        height_(height),
+        right_(rays.window_right),
+        up_(rays.window_up),
+        forward_(rays.forward) {}
+  PixelRectangle of(const glm::vec3& middle, float radius) const {
+    const float depth = glm::dot(middle, forward_);
+    const float wide = 2 * radius * static_cast<float>(rays.longest);
+    if (depth <= 1.01f * radius) return {0, width_, 0, height_};
+    const auto range = [&](float offset, double half_window, int pixels, int& first, int& last) {
+      const float near = depth - radius, half = static_cast<float>(half_window);
+      const float low = std::min((offset - wide) / near, (offset - wide) / (depth + radius)) / half;
+      const float high = std::max((offset + wide) / near, (offset + wide) / (depth + radius)) / half;
+      first = static_cast<int>(std::clamp(std::floor((low + 1) * 0.5f * float(pixels)), 0.0f, float(pixels)));
+      last = static_cast<int>(std::clamp(std::ceil((high + 1) * 0.5f * float(pixels)), 0.0f, float(pixels)));
+    };
+    PixelRectangle r{};
+    range(glm::dot(middle, right_), rays.window_half_x, width_, r.x0, r.x1);
+    range(-glm::dot(middle, up_), rays.window_half_y, height_, r.y0, r.y1);
+    return r;
+  }
+  PixelRectangle of(const shared::DrawnBox& b) const {
+    return of(glm::vec3(b.low + b.high) * 0.5f, glm::length(glm::vec3(b.high - b.low)) * 0.5f);
+  }
+  const PixelRays rays;
+
+ private:
+  int width_, height_;
+  glm::vec3 right_, up_, forward_;
+};
+
 }  // namespace
 
 DrawnInhabitants drawn_inhabitants(const world::WorldView& view, const Inhabitants& inhabitants, const Camera& camera,
@@ -110,36 +146,23 @@ DrawnInhabitants drawn_inhabitants(const world::WorldView& view, const Inhabitan
   return drawn;
 }
 
-void draw_over(const DrawnInhabitants& drawn, const Camera& camera, std::vector<float>& distances, Image& image) {
-  const PixelRays rays(camera, image.width, image.height);
-  const glm::vec3 window_right(rays.window_right), window_up(rays.window_up), forward(rays.forward);
-  const auto half_x = static_cast<float>(rays.window_half_x), half_y = static_cast<float>(rays.window_half_y);
-  // Rows and columns that a ball around `middle` may reach.
-  struct Reach {
-    int x0, x1, y0, y1;
-  };
-  const auto reach_of = [&](const glm::vec3& middle, float radius) -> Reach {
-    const float depth = glm::dot(middle, forward);
-    const float wide = 2 * radius * static_cast<float>(rays.longest);
-    if (depth <= 1.01f * radius) return {0, image.width, 0, image.height};
-    const auto range = [&](float offset, float half, int pixels, int& first, int& last) {
-      const float near = depth - radius;
-      const float low = std::min((offset - wide) / near, (offset - wide) / (depth + radius)) / half;
-      const float high = std::max((offset + wide) / near, (offset + wide) / (depth + radius)) / half;
-      first = static_cast<int>(std::clamp(std::floor((low + 1) * 0.5f * float(pixels)), 0.0f, float(pixels)));
-      last = static_cast<int>(std::clamp(std::ceil((high + 1) * 0.5f * float(pixels)), 0.0f, float(pixels)));
-    };
-    Reach r{};
-    range(glm::dot(middle, window_right), half_x, image.width, r.x0, r.x1);
-    range(-glm::dot(middle, window_up), half_y, image.height, r.y0, r.y1);
-    return r;
-  };
-  std::vector<Reach> of_boxes, of_balls;
-  for (const shared::DrawnBox& b : drawn.boxes)
-    of_boxes.push_back(reach_of(glm::vec3(b.low + b.high) * 0.5f, glm::length(glm::vec3(b.high - b.low)) * 0.5f));
+std::vector<PixelRectangle> rectangles_of(std::span<const shared::DrawnBox> boxes, const Camera& camera, int width,
+                                          int height) {
+  const Reach reach(camera, width, height);
+  std::vector<PixelRectangle> all;
+  for (const shared::DrawnBox& b : boxes) all.push_back(reach.of(b));
+  return all;
+}
+
+void draw_over(const DrawnInhabitants& drawn, const Camera& camera, std::vector<float>& distances, Image& image,
+               bool boxes_drawn) {
+  const Reach reach(camera, image.width, image.height);
+  const PixelRays& rays = reach.rays;
+  const std::vector<PixelRectangle> of_boxes = rectangles_of(drawn.boxes, camera, image.width, image.height);
+  std::vector<PixelRectangle> of_balls;
   for (const shared::DrawnBall& b : drawn.balls) {
     const glm::vec3 middle(b.middle), half_way = 0.5f * glm::vec3(b.way);
-    const Reach from = reach_of(middle - half_way, b.middle.w), to = reach_of(middle + half_way, b.middle.w);
+    const PixelRectangle from = reach.of(middle - half_way, b.middle.w), to = reach.of(middle + half_way, b.middle.w);
     of_balls.push_back(
         {std::min(from.x0, to.x0), std::max(from.x1, to.x1), std::min(from.y0, to.y0), std::max(from.y1, to.y1)});
   }
@@ -147,7 +170,7 @@ void draw_over(const DrawnInhabitants& drawn, const Camera& camera, std::vector<
   constexpr size_t kRows = 8;
   world::parallel_ranges((static_cast<size_t>(image.height) + kRows - 1) / kRows, 1, [&](size_t begin, size_t end) {
     const int first = static_cast<int>(begin * kRows), last = std::min(static_cast<int>(end * kRows), image.height);
-    const auto each_pixel = [&](const Reach& r, auto draw) {
+    const auto each_pixel = [&](const PixelRectangle& r, auto draw) {
       for (int y = std::max(first, r.y0); y < std::min(last, r.y1); ++y)
         for (int x = r.x0; x < r.x1; ++x) {
           const glm::vec3 direction(glm::normalize(rays.direction(x + 0.5, y + 0.5)));
@@ -161,6 +184,7 @@ void draw_over(const DrawnInhabitants& drawn, const Camera& camera, std::vector<
         const shared::BoxHit hit = shared::meet_box(glm::vec3(b.low), glm::vec3(b.high), direction);
         if (!(hit.distance > 0 && hit.distance < distance)) return;
         distance = hit.distance;
+        if (boxes_drawn) return;
         const glm::vec4& radiance = b.radiance[hit.face];
         pixel = {radiance.x, radiance.y, radiance.z};
       });

@@ -13,6 +13,7 @@
 ///        Application to Rendering Explosions. 2006
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "render/backend.h"
@@ -31,7 +32,17 @@ struct DrawnInhabitants {
 DrawnInhabitants drawn_inhabitants(const world::WorldView& view, const Inhabitants& inhabitants, const Camera& camera,
                                    const RenderKnobs& knobs, int width, int height);
 
+/// Columns [x0, x1) and rows [y0, y1) of a picture.
+struct PixelRectangle {
+  int x0, x1, y0, y1;
+};
+/// What each box may cover.
+std::vector<PixelRectangle> rectangles_of(std::span<const shared::DrawnBox> boxes, const Camera& camera, int width,
+                                          int height);
+
 /// Draws them over a picture of which the distance along each pixel's ray is known, in m; infinity: nothing.
-void draw_over(const DrawnInhabitants& drawn, const Camera& camera, std::vector<float>& distances, Image& image);
+/// `boxes_drawn`: the picture has the boxes already, and they hide what lies behind them.
+void draw_over(const DrawnInhabitants& drawn, const Camera& camera, std::vector<float>& distances, Image& image,
+               bool boxes_drawn = false);
 
 }  // namespace render

@@ -1,5 +1,5 @@
-/// Draws bodies and particles over the shaded picture: boxes with depth, then balls from far to near, which look up how
-/// far each pixel's surface is. See render/inhabitants.h.
+/// Bodies and particles over the shaded picture, see render/inhabitants.h. Boxes come with depth, before see-through
+/// blocks, which may lie before them; balls from far to near at the end: they look up how far each pixel's surface is.
 #pragma once
 
 #include "render/inhabitants.h"
@@ -7,7 +7,7 @@
 
 namespace render::raster {
 
-class InhabitantsPass : public Pass {
+class BodiesPass : public Pass {
  public:
   static PassKind kind();
   world::Status prepare(PassContext& context, const Drawing& drawing, FrameReport& report) override;
@@ -15,9 +15,22 @@ class InhabitantsPass : public Pass {
   world::Status finish(PassContext& context, FrameReport& report) override;
 
  private:
-  Pipeline ball_pipeline_, box_pipeline_;  // made where there are any
-  gpu::Buffer balls_, boxes_;
-  uint32_t ball_count_ = 0, box_count_ = 0;
+  Pipeline pipeline_;
+  gpu::Buffer boxes_;
+  uint32_t count_ = 0;
+};
+
+class ParticlesPass : public Pass {
+ public:
+  static PassKind kind();
+  world::Status prepare(PassContext& context, const Drawing& drawing, FrameReport& report) override;
+  void record(VkCommandBuffer commands, PassContext& context, const Drawing& drawing) override;
+  world::Status finish(PassContext& context, FrameReport& report) override;
+
+ private:
+  Pipeline pipeline_;
+  gpu::Buffer balls_;
+  uint32_t count_ = 0;
 };
 
 }  // namespace render::raster

@@ -4,6 +4,7 @@
 // Puts the layers of each pixel in order and adds them to what was seen behind them. The order is that of (t, axis), as
 // a ray crosses the planes of the grid; the next in order is sought anew each time, so that lists may be of any length
 // and no pixel needs room of its own.
+#include "render/raster/bodies.glsl.h"
 #include "render/raster/reflection.glsl.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -34,13 +35,16 @@ void main() {
   if (any(greaterThanEqual(pixel, ivec2(picture.screen.xy)))) return;
   const uint head = imageLoad(heads, pixel).x, eye = uint(layers.eye.x);
   const uvec2 seen = texelFetch(seen_image, pixel, 0).xy;
-  const bool mirror = kReflection != kReflectionNone && seen.x != 0u && (seen.x & kSeenShape) == 0u &&
+  bool mirror = kReflection != kReflectionNone && seen.x != 0u && (seen.x & kSeenShape) == 0u &&
                       block_kinds[2u * seen_block(seen.x) + 1u] != 0u;
   if (head == 0u && !mirror && layer_blocks[eye].absorption.xyz == vec3(0)) return;
   const vec3 ray = pixel_ray(vec2(pixel) + 0.5);
   const float inverse_length = inversesqrt(dot(ray, ray)), metres = dot(ray, ray) * inverse_length;
   const vec3 direction = ray * inverse_length;
-  const float t_end = min(picture.sun.w * inverse_length, seen_t(seen, ray));
+  float t_end = min(picture.sun.w * inverse_length, seen_t(seen, ray));
+  const float on_body = body_t(pixel, t_end);
+  mirror = mirror && on_body == t_end;
+  t_end = on_body;
 
   StraightView view = start_of_view();
   uint medium = eye;

@@ -13,11 +13,13 @@ std::span<const PassKind> pass_kinds() {
       FacesPass::kind(),
       // Radiance of what is seen: into targets.radiance, or targets.colour where a pass below needs that.
       ShadePass::kind(),
-      // Over the shaded picture, with its depth.
-      // See-through blocks: into targets.colour. Before what is drawn into it, so that rain before a lake isn't dimmed.
+      // Over the shaded picture, with its depth, into targets.colour:
+      // Bodies, which may lie under water.
+      BodiesPass::kind(),
+      // See-through blocks.
       TransparencyPass::kind(),
-      // Bodies and particles: into targets.colour.
-      InhabitantsPass::kind(),
+      // Particles, so that rain before a lake isn't dimmed.
+      ParticlesPass::kind(),
       // With what the pictures before saw: into targets.colour.
       TemporalPass::kind(),
       // What is done with the whole picture, samples and effects, comes after all passes: render/effects/.

@@ -38,6 +38,7 @@ SHARED_CONST uint kSpecSortedRecords = 67;    // bool: faces are read from kBind
 SHARED_CONST uint kSpecAddsShown = 68;        // bool: the second of two passes
 SHARED_CONST uint kSpecClips = 69;       // bool: a picture in a mirror; light.yzw of the picture: axis, plane, side
 SHARED_CONST uint kSpecLayerMatte = 70;  // bool: the world holds sheets or partial coverage, which are lit
+SHARED_CONST uint kSpecBodies = 71;      // bool: the depth image says more than kBindSeen, there may be bodies
 SHARED_CONST uint kRefractionNone = 0u, kRefractionScreen = 1u, kRefractionTraced = 2u;
 SHARED_CONST uint kReflectionNone = 0u, kReflectionScreen = 1u, kReflectionPlanar = 2u, kReflectionTraced = 3u;
 

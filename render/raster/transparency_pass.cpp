@@ -12,6 +12,7 @@ std::vector<Constant> layer_constants(const Drawing& drawing, const LayerDraws& 
   std::vector<Constant> all = shading_constants(drawing);
   all.push_back({kSpecExactEdges, drawing.knobs.face_edges == FaceEdges::exact});
   all.push_back({kSpecLayerMatte, draws.matte});
+  all.push_back({kSpecBodies, !drawing.inhabitants.bodies.empty()});
   all.push_back({kSpecShapes, !drawing.shapes.chunks().empty()});
   all.insert(all.end(), more.begin(), more.end());
   return all;

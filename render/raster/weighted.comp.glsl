@@ -2,6 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_samplerless_texture_functions : require
 // Puts the sums of weighted.frag.glsl over what was seen behind the layers.
+#include "render/raster/bodies.glsl.h"
 #include "render/raster/transparency.glsl.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -17,7 +18,7 @@ void main() {
   const vec3 ray = pixel_ray(vec2(pixel) + 0.5);
   const float inverse_length = inversesqrt(dot(ray, ray)), metres = dot(ray, ray) * inverse_length;
   const uvec2 seen = texelFetch(seen_image, pixel, 0).xy;
-  const float t_end = min(picture.sun.w * inverse_length, seen_t(seen, ray));
+  const float t_end = body_t(pixel, min(picture.sun.w * inverse_length, seen_t(seen, ray)));
   const vec4 shown = texelFetch(shown_image, pixel, 0), depth = texelFetch(depth_image, pixel, 0);
   // What is entered and never left; sums that should be 0 are off by rounding.
   const vec4 eye = layer_blocks[layers.eye.x].absorption, changed = texelFetch(rest_image, pixel, 0);

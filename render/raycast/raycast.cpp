@@ -13,6 +13,7 @@
 #include "render/light/surface_light.h"
 #include "render/bsdf/bsdf.h"
 #include "render/textures/texture_set.h"
+#include "render/inhabitants.h"
 #include "render/raycast/straight_walk.h"
 #include "render/trace/layers.h"
 #include "render/trace/picture.h"
@@ -66,8 +67,8 @@ class Picture {
   Picture(const world::WorldView& view, const SkyView& sky, const RayStream& occupied,
           const world::ParallelRays& sun_rays, const MaskWalker& opaque, const world::StoreContours::Followed* contours,
           const world::BlockShapes* shapes, const SeeThroughKinds* kinds, const SurfaceLight& light,
-          const SunMap& sun_map, const TextureSet& textures, const Camera& camera, const RenderKnobs& knobs, int width,
-          int height, Image& image)
+          const SunMap& sun_map, const TextureSet& textures, std::span<const shared::DrawnBox> boxes,
+          const Camera& camera, const RenderKnobs& knobs, int width, int height, Image& image)
       : view_(view),
         sky_(sky),
         camera_(camera.position),
@@ -81,6 +82,8 @@ class Picture {
         light_(light),
         sun_map_(sun_map),
         textures_(textures.empty() ? nullptr : &textures),
+        boxes_(boxes),
+        box_rectangles_(rectangles_of(boxes, camera, width, height)),
         decoder_(light.kind(), shading_),
         lit_by_cells_(light.kind() != SurfaceLight::Kind::none || knobs.corner_occlusion),
         contours_(contours),
@@ -156,6 +159,8 @@ class Picture {
     if (shapes_)
       for (int i = 0; i < count; ++i) hits[i] = pass_shapes(rays[i], hits[i], blocks, on_shape[i]);
     if (kinds_) go_straight(rays, hits, on_shape, count, blocks, layers);
+    BoxSeen on_box[kMost];
+    const bool any_box = !boxes_.empty() && meet_boxes(x0, y0, x1, y1, rays, hits, pixel_x, pixel_y, count, on_box);
     spent.primary_ms += ms_since(start);
 
     start = Clock::now();
@@ -175,7 +180,9 @@ class Picture {
     for (int i = 0; i < count; ++i) {
       const Vec3d& direction = rays[i].direction;
       Rgb& pixel = image_.at(pixel_x[i], pixel_y[i]);
-      if (!hits[i].hit())
+      if (any_box && on_box[i].box >= 0)
+        pixel = on_box[i].radiance;
+      else if (!hits[i].hit())
         pixel = sky_.seen(direction / glm::length(direction));
       else if (on_shape[i].part != kNoPart)
         pixel = shape_radiance(hits[i], on_shape[i], direction, blocks.get(hits[i].voxel), sun[i]);
@@ -190,10 +197,45 @@ class Picture {
                                        texture.albedo);
       }
     }
-    for (const Layers::OfPixel& p : layers.of_pixels)
-      add_layers(rays[p.pixel], hits[p.pixel], pixel_x[p.pixel], pixel_y[p.pixel], p,
-                 {layers.all.data() + p.begin, p.end - p.begin}, spent);
+    for (Layers::OfPixel p : layers.of_pixels) {
+      const size_t i = static_cast<size_t>(p.pixel);
+      GridHit end = hits[i];
+      if (any_box && on_box[i].box >= 0) {
+        // The body ends the ray: what lies behind it is no more.
+        end = {WalkEnd::hit, {}, world::kNoFace, on_box[i].t};
+        while (p.end > p.begin && layers.all[p.end - 1].at.t >= end.t) p.last = layers.all[--p.end].near;
+      }
+      add_layers(rays[i], end, pixel_x[i], pixel_y[i], p, {layers.all.data() + p.begin, p.end - p.begin}, spent);
+    }
     spent.shade_ms += ms_since(start);
+  }
+
+  /// A body that a pixel's ray meets before anything that it can't see through.
+  struct BoxSeen {
+    int box = -1;
+    double t = 0;  // of the ray
+    Rgb radiance;
+  };
+  bool meet_boxes(int x0, int y0, int x1, int y1, const GridRay* rays, const GridHit* hits, const int* pixel_x,
+                  const int* pixel_y, int count, BoxSeen* seen) const {
+    bool any = false;
+    for (size_t k = 0; k < boxes_.size(); ++k) {
+      const PixelRectangle& r = box_rectangles_[k];
+      if (r.x0 >= x1 || r.x1 <= x0 || r.y0 >= y1 || r.y1 <= y0) continue;
+      const shared::DrawnBox& box = boxes_[k];
+      for (int i = 0; i < count; ++i) {
+        if (pixel_x[i] < r.x0 || pixel_x[i] >= r.x1 || pixel_y[i] < r.y0 || pixel_y[i] >= r.y1) continue;
+        const double length = glm::length(rays[i].direction);
+        const shared::BoxHit met =
+            shared::meet_box(glm::vec3(box.low), glm::vec3(box.high), glm::vec3(rays[i].direction / length));
+        const double end = seen[i].box >= 0 ? seen[i].t : hits[i].hit() ? hits[i].t : rays[i].t_max;
+        if (!(met.distance > 0 && met.distance < end * length)) continue;
+        const glm::vec4& radiance = box.radiance[met.face];
+        seen[i] = {static_cast<int>(k), met.distance / length, {radiance.x, radiance.y, radiance.z}};
+        any = true;
+      }
+    }
+    return any;
   }
 
   /// Through the voxels of shapes to the first surface: the hit names the voxel and, where that has a shape that the
@@ -448,6 +490,8 @@ class Picture {
   const SurfaceLight& light_;
   const SunMap& sun_map_;
   const TextureSet* textures_;  // null: all blocks are even
+  std::span<const shared::DrawnBox> boxes_;
+  std::vector<PixelRectangle> box_rectangles_;
   SurfaceLightDecoder decoder_;
   bool lit_by_cells_;                               // not by the open sky alone
   const world::StoreContours::Followed* contours_;  // null: all voxels are cubes
@@ -518,9 +562,12 @@ class RaycastBackend : public Backend {
       TRY_STATUS(sun_map_.follow(view, opaque, knobs.sun_map_texel, sky.environment.sun_direction));
     else
       sun_map_.clear();
+    Inhabitants bodies = inhabitants;
+    bodies.particles = {};
+    const DrawnInhabitants boxes = drawn_inhabitants(view, bodies, camera, knobs, width, height);
     const Picture picture(view, sky, occupied, sun_rays, opaque.walker(), contours,
                           any_shape && !contours ? &shapes : nullptr, kinds ? &*kinds : nullptr, light_, sun_map_,
-                          textures_, camera, knobs, width, height, frame.image);
+                          textures_, boxes.boxes, camera, knobs, width, height, frame.image);
     const double prepare_ms = ms_since(start);
     Spent total;
     std::mutex adding;
@@ -541,7 +588,7 @@ class RaycastBackend : public Backend {
     if (knobs.sun_shadow == SunShadow::ray) report.passes.push_back({"sun_shadow", total.shadow_ms * share});
     report.passes.push_back({"shade", total.shade_ms * share});
     report.device = fmt::format("CPU, {} thread{}", world::thread_count(), world::thread_count() == 1 ? "" : "s");
-    TRY_STATUS(finish_traced(view, inhabitants, camera, knobs, frame));
+    TRY_STATUS(finish_traced(view, inhabitants, camera, knobs, frame, /*bodies_drawn=*/true));
     return frame;
   }
 

@@ -55,7 +55,7 @@ world::Status draw_layers(const world::WorldView& view, const Camera& camera, do
 }
 
 world::Status finish_traced(const world::WorldView& view, const Inhabitants& inhabitants, const Camera& camera,
-                            const RenderKnobs& knobs, Frame& frame) {
+                            const RenderKnobs& knobs, Frame& frame, bool bodies_drawn) {
   if (!inhabitants.empty()) {
     const auto start = std::chrono::steady_clock::now();
     const int width = frame.image.width, height = frame.image.height;
@@ -70,7 +70,7 @@ world::Status finish_traced(const world::WorldView& view, const Inhabitants& inh
         distances[static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)] =
             depth.depth(x, y) * static_cast<float>(glm::length(rays.direction(x + 0.5, y + 0.5)));
     const DrawnInhabitants drawn = drawn_inhabitants(view, inhabitants, camera, knobs, width, height);
-    draw_over(drawn, camera, distances, frame.image);
+    draw_over(drawn, camera, distances, frame.image, bodies_drawn);
     const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     frame.report.passes.push_back({"inhabitants", ms, drawn.boxes.size() + drawn.balls.size(), 0});
     frame.report.ms += ms;

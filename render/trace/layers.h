@@ -20,8 +20,8 @@ constexpr uint32_t kMeshIds = 0x10000, kLuminaireIds = 0x20000;
 world::Status draw_layers(const world::WorldView& view, const Camera& camera, double view_distance,
                           const Framebuffer& out);
 
-/// The end of a picture by rays: bodies and particles over it, then the effects.
+/// The end of a picture by rays: bodies and particles over it, then the effects. `bodies_drawn`: it has them already.
 world::Status finish_traced(const world::WorldView& view, const Inhabitants& inhabitants, const Camera& camera,
-                            const RenderKnobs& knobs, Frame& frame);
+                            const RenderKnobs& knobs, Frame& frame, bool bodies_drawn = false);
 
 }  // namespace render

@@ -298,13 +298,51 @@ TEST(InhabitantsOfAPicture, LookTheSameByBothBackendsAndMakeNoPassWhereThereAreN
     size_t off = 0;
     for (size_t i = 0; i < a.image.pixels.size(); ++i)
       off += std::abs(a.image.pixels[i].g - b.image.pixels[i].g) > 0.01f * kWhiteRadiance;
-    EXPECT_LE(off, a.image.pixels.size() / 500) << seen.name;  // edges of bodies are the rasterizer's own
-    EXPECT_EQ(a.report.passes.size(), without.report.passes.size() + 1);
+    EXPECT_LE(off, a.image.pixels.size() / 500) << seen.name;             // edges of bodies are the rasterizer's own
+    EXPECT_EQ(a.report.passes.size(), without.report.passes.size() + 2);  // bodies, particles
     const Frame after = frame_of(*raster, w, seen.camera);
     EXPECT_EQ(differing(after.image, without.image), 0u);
     EXPECT_EQ(after.report.passes.size(), without.report.passes.size());
   }
   EXPECT_EQ(raster->messages(), std::vector<std::string>{});
+}
+
+TEST(InhabitantsOfAPicture, BodiesAreSeenThroughTheWaterThatTheyLieIn) {
+  world::World w(world::standard_blocks());
+  world::EditBatch batch;
+  batch.fill({{-30, -9, -30}, {30, -1, 30}}, block(w, "sand"));
+  batch.fill({{-20, -8, -20}, {20, -1, 20}}, block(w, "water"));
+  batch.fill({{-3, 0, -12}, {3, 5, -12}}, block(w, "glass_red"));
+  apply(w, batch);
+  // Afloat, sunk, on the ground, and behind glass.
+  const std::vector<BodyRecord> bodies{{-4, -0.2f, 2, 1, 1, 1, {0.7f, 0.7f, 0.7f}},
+                                       {4, -7.2f, 2, 1, 0.8f, 1, {0.7f, 0.2f, 0.1f}},
+                                       {24, 1, 0, 1, 1, 1, {0.2f, 0.2f, 0.7f}},
+                                       {0, 2, -16, 1, 1, 1, {0.7f, 0.7f, 0.7f}}};
+  const auto raster = checked_raster();
+  auto raycast = make_raycast_backend();
+  ASSERT_TRUE(raster && raycast.ok());
+  const NamedCamera views[] = {{"from above", camera_at({}, {0.3, 9.2, 20.1}, {0.02, -0.45, -1}, 70)},
+                               {"from below", camera_at({}, {0.3, -5.2, 14.1}, {0.02, 0.05, -1}, 70)}};
+  for (const NamedCamera& seen : views)
+    for (const Transparency order : {Transparency::lists, Transparency::weighted}) {
+      RenderKnobs knobs;
+      knobs.transparency = order, knobs.lod_error_px = 0;
+      raster->inhabitants = (*raycast)->inhabitants = {{}, {}, bodies};
+      const Frame a = frame_of(*raster, w, seen.camera, knobs), b = frame_of(**raycast, w, seen.camera, knobs);
+      raster->inhabitants = (*raycast)->inhabitants = {};
+      const Frame without = frame_of(**raycast, w, seen.camera, knobs);
+      size_t off = 0, changed = 0;
+      for (size_t i = 0; i < a.image.pixels.size(); ++i) {
+        off += std::abs(a.image.pixels[i].g - b.image.pixels[i].g) > 0.01f * kWhiteRadiance;
+        changed += std::abs(without.image.pixels[i].g - b.image.pixels[i].g) > 0.01f * kWhiteRadiance;
+      }
+      EXPECT_GT(changed, a.image.pixels.size() / 200) << seen.name;
+      if (order == Transparency::lists) {
+        EXPECT_LE(off, a.image.pixels.size() / 500) << seen.name;
+      }
+      EXPECT_EQ(raster->messages(), std::vector<std::string>{}) << seen.name;
+    }
 }
 
 TEST(HardCaseH17, ParticlesFadeSoftlyAtSurfacesAtTheirRimAndAroundTheCamera) {
