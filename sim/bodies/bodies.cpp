@@ -167,6 +167,13 @@ bool Bodies::stands(BodyId id) {
   return sweep(body->box, {0, -1, 0}, terrain_, obstacles_).hit();
 }
 
+Vec3d Bodies::current(BodyId id) {
+  const Body* body = find(id);
+  if (!body || body->submerged == 0) return Vec3d(0);
+  terrain_.refresh();
+  return terrain_.current(body->box);
+}
+
 void Bodies::set_unloaded(world::RegionPos r, bool unloaded) {
   terrain_.set_unloaded(r, unloaded);
   const world::VoxelPos low = world::voxel_from_region(r);

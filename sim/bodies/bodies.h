@@ -10,6 +10,7 @@
 ///   overlap     with terrain, or with bodies of lower ids: out by the shortest way, at most a voxel a tick and not
 ///               faster than before; where there is none (out of terrain: within a voxel) it is stuck, at rest, until
 ///               there is
+///   current     liquid that flows carries a body along: drag is that of its way through the liquid
 ///   unloaded    where its way meets a region that is not loaded it waits, with its velocity
 ///   not finite  a body of which a speed or force isn't a number is set apart: it moves no more, nothing meets it, and
 ///               the others go on as if it were not there
@@ -111,6 +112,8 @@ class Bodies {
   bool resize(BodyId id, world::Vec3d size);
   /// Whether something solid is right below.
   bool stands(BodyId id);
+  /// How fast the liquid flows that it lies in, m/s.
+  world::Vec3d current(BodyId id);
 
   void set_unloaded(world::RegionPos r, bool unloaded);
 

@@ -46,7 +46,7 @@ void BodyMotion::step(uint32_t index) {
     return;
   }
   body.state = BodyState::awake;
-  wet_ = is_wet(body.box);
+  look_for_liquid(body.box);
   const int parts = substeps(body);
   body.touching = 0;
   for (int i = 0; i < parts; ++i)
@@ -55,7 +55,10 @@ void BodyMotion::step(uint32_t index) {
 }
 
 /// Liquid is looked for around where a part of a tick begins.
-bool BodyMotion::is_wet(const BodyBox& box) const { return terrain_.any_liquid(grown(box, kFixedOne).voxels()); }
+void BodyMotion::look_for_liquid(const BodyBox& box) {
+  wet_ = terrain_.any_liquid(grown(box, kFixedOne).voxels());
+  current_ = wet_ ? terrain_.current(box) : Vec3d(0);
+}
 
 // ---- overlap ----
 
@@ -113,7 +116,7 @@ bool BodyMotion::push_out(Body& body) {
 
 // ---- forces ----
 
-/// Gravity, buoyancy, drag, and what drives it.
+/// Gravity, buoyancy, drag, and what drives it. Drag is that of its way through what flows.
 Vec3d BodyMotion::acceleration(const Body& body, const BodyBox& box, Vec3d velocity) const {
   const double volume = body.volume(), mass = volume * body.described.density;
   const Displaced liquid = wet_ ? terrain_.displaced(box) : Displaced{};
@@ -121,11 +124,12 @@ Vec3d BodyMotion::acceleration(const Body& body, const BodyBox& box, Vec3d veloc
   const double moving_mass = mass + liquid.mass / 2;
   const double medium = kAirDensity * (1 - share) + liquid.mass / volume;
   Vec3d force(0, settings_.gravity * (liquid.mass - mass), 0);
-  const double speed = std::sqrt(dot(velocity, velocity));
+  const Vec3d through = velocity - current_ * share;
+  const double speed = std::sqrt(dot(through, through));
   for (int a = 0; a < 3; ++a) {
     const double area = volume / from_fixed(box.size[a]);
-    force[a] -= 0.5 * medium * body.described.drag_coefficient * area * speed * velocity[a];
-    force[a] -= kLiquidDamping * share * moving_mass * velocity[a];
+    force[a] -= 0.5 * medium * body.described.drag_coefficient * area * speed * through[a];
+    force[a] -= kLiquidDamping * share * moving_mass * through[a];
   }
   return force / moving_mass + body.drive;
 }
@@ -137,7 +141,8 @@ int BodyMotion::substeps(const Body& body) const {
   const Displaced liquid = wet_ ? terrain_.displaced(body.box) : Displaced{};
   const double mass = body.mass(), thinnest = std::min(size.x, std::min(size.y, size.z));
   const double medium = kAirDensity + (wet_ ? std::max(liquid.mass / body.volume(), 1000.0) : 0.0);
-  const double speed = std::sqrt(dot(velocity, velocity)) + settings_.gravity * dt;
+  const double flow = std::sqrt(dot(current_, current_));
+  const double speed = std::sqrt(dot(velocity, velocity)) + flow + settings_.gravity * dt;
   double rate =
       medium * body.described.drag_coefficient * (body.volume() / thinnest) * speed / (mass + liquid.mass / 2);
   if (wet_) {
@@ -156,7 +161,7 @@ bool BodyMotion::stands(const BodyBox& box) const { return sweep(box, {0, -1, 0}
 /// A part of a tick; false where the body waits, or is set apart.
 bool BodyMotion::move(Body& body, double dt) {
   // Find where its forces would lead it.
-  wet_ = is_wet(body.box);
+  look_for_liquid(body.box);
   const Vec3d before = from_fixed(body.velocity);
   const auto force = [&](Vec3d offset, Vec3d velocity) {
     return acceleration(body, wet_ ? moved(body.box, clamped_way(offset)) : body.box, velocity);

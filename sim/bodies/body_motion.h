@@ -44,7 +44,7 @@ class BodyMotion {
   void meet(Body& body, Way& way, const SweepHit& hit, const FixedVec3& gone);
   bool step_up(const Body& body, const Way& start, Way& way) const;
   bool stands(const BodyBox& box) const;
-  bool is_wet(const BodyBox& box) const;
+  void look_for_liquid(const BodyBox& box);
 
   const BodyTerrain& terrain_;
   std::span<Body> bodies_;
@@ -53,7 +53,8 @@ class BodyMotion {
   const BodySettings& settings_;
   uint64_t tick_;
   BodyReport& report_;
-  bool wet_ = false;  // liquid is near
+  bool wet_ = false;         // liquid is near
+  world::Vec3d current_{0};  // its velocity, m/s
   bool waits_ = false;
 };
 

@@ -77,6 +77,12 @@ void Inhabitants::spawn(uint64_t tick) {
   }
 }
 
+void Inhabitants::set_unloaded(world::RegionPos r, bool unloaded) {
+  if (!bodies_) return;
+  bodies_->set_unloaded(r, unloaded);
+  awake_ = true;
+}
+
 void Inhabitants::step(uint64_t tick) {
   if (bodies_) {
     const auto start = std::chrono::steady_clock::now();

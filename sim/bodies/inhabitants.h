@@ -25,6 +25,8 @@ class Inhabitants {
                                                           uint64_t seed);
   /// The store must be up to date.
   void step(uint64_t tick);
+  /// As Matter's: a body whose way meets the region waits.
+  void set_unloaded(world::RegionPos r, bool unloaded);
   /// Whether a body moves, or has not been looked at.
   bool awake() const { return bodies_ && awake_; }
 

@@ -49,9 +49,11 @@ void Player::control(Bodies& bodies, const PlayerInput& input, const BodySetting
   const double dt = settings.tick.seconds();
   Vec3d drive(0);
   const bool wants = length > 0;
+  // Who swims does so through water that flows.
+  const Vec3d carried = swims ? bodies.current(body_) : Vec3d(0);
   if (wants || stands || swims) {
-    drive.x = toward(input.east * scale, velocity.x, grip, dt);
-    drive.z = toward(input.south * scale, velocity.z, grip, dt);
+    drive.x = toward(input.east * scale + carried.x, velocity.x, grip, dt);
+    drive.z = toward(input.south * scale + carried.z, velocity.z, grip, dt);
   }
   if (swims) drive.y = input.jump ? kSwimLift : input.crouch ? -kSwimLift : 0;
   if (swims && velocity.y * drive.y > 0 && std::abs(velocity.y) > kSwimSpeed) drive.y = 0;

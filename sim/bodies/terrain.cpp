@@ -1,6 +1,7 @@
 #include "sim/bodies/terrain.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace sim {
 
@@ -11,6 +12,7 @@ using world::VoxelPos;
 namespace {
 
 constexpr int kFullLiquid = 4096;  // of the layer `liquid`; 0: not active, and full
+constexpr double kGravity = 9.81;  // m/s^2
 
 template <class Visit>
 bool any_voxel(const VoxelBox& box, const Visit& visit) {
@@ -98,9 +100,10 @@ bool BodyTerrain::any_liquid(const VoxelBox& voxels) const {
   return false;
 }
 
-Displaced BodyTerrain::displaced(const BodyBox& box) const {
-  Displaced sum;
-  if (liquid_->empty()) return sum;
+/// Calls visit(voxel, m^3 of liquid in the box there, layer of amounts or null).
+template <class Visit>
+void BodyTerrain::each_liquid(const BodyBox& box, const Visit& visit) const {
+  if (liquid_->empty()) return;
   // A liquid that doesn't fill its voxel lies at its bottom.
   const world::IntLayer* amounts = store_.find_int_layer(world::Layer::liquid);
   any_voxel(box.voxels(), [&](VoxelPos v) {
@@ -112,10 +115,47 @@ Displaced BodyTerrain::displaced(const BodyBox& box) const {
       const int64_t high = low + (a == 1 && amount > 0 ? amount * (kFixedOne / kFullLiquid) : kFixedOne);
       volume *= std::max(0.0, from_fixed(std::min(box.max(a), high) - std::max(box.min[a], low)));
     }
-    sum.volume += volume, sum.mass += volume * density_[store_.get(v)];
+    visit(v, volume, amounts);
     return false;
   });
+}
+
+Displaced BodyTerrain::displaced(const BodyBox& box) const {
+  Displaced sum;
+  each_liquid(box, [&](VoxelPos v, double volume, const world::IntLayer*) {
+    sum.volume += volume, sum.mass += volume * density_[store_.get(v)];
+  });
   return sum;
+}
+
+world::Vec3d BodyTerrain::current_at(VoxelPos v, const world::IntLayer* amounts) const {
+  const auto amount = [&](VoxelPos at) {
+    if (!last_liquid_.test(*liquid_, at)) return 0;
+    const int32_t known = amounts ? amounts->get(at) : 0;
+    return known > 0 ? known : kFullLiquid;
+  };
+  const int own = amount(v);
+  world::Vec3d flow(0);
+  for (const int face : {world::kFaceNegX, world::kFacePosX, world::kFaceNegZ, world::kFacePosZ}) {
+    const VoxelPos beside = v + world::face_step(static_cast<world::Face>(face));
+    if (filling(beside) != Filling::open) continue;
+    const int other = amount(beside), higher = std::abs(own - other);
+    if (higher <= 1) continue;
+    const double speed = std::min(std::sqrt(2 * kGravity * higher / kFullLiquid), kFastestCurrent);
+    // Half of it: a voxel has two faces along an axis.
+    flow[world::face_axis(face)] += (own > other ? 0.5 : -0.5) * world::face_sign(face) * speed;
+  }
+  return flow;
+}
+
+world::Vec3d BodyTerrain::current(const BodyBox& box) const {
+  world::Vec3d sum(0);
+  double all = 0;
+  each_liquid(box, [&](VoxelPos v, double volume, const world::IntLayer* amounts) {
+    sum = sum + current_at(v, amounts) * volume;
+    all += volume;
+  });
+  return all > 0 ? sum / all : sum;
 }
 
 }  // namespace sim

@@ -21,6 +21,8 @@ struct Displaced {
   double mass = 0;    // kg
 };
 
+constexpr double kFastestCurrent = 4;  // m/s
+
 class BodyTerrain {
  public:
   /// The store must outlive it and stay where it is.
@@ -43,8 +45,15 @@ class BodyTerrain {
   /// Whether any voxel of the box holds liquid.
   bool any_liquid(const world::VoxelBox& voxels) const;
   Displaced displaced(const BodyBox& box) const;
+  /// How fast the liquid flows in which the box lies, in m/s: the mean over its volume in liquid. Where the level of a
+  /// voxel differs by h from that beside it, liquid runs at sqrt(2 g h) (Torricelli 1644), at most kFastestCurrent; one
+  /// unit of amount is level. Horizontal: what falls isn't asked.
+  world::Vec3d current(const BodyBox& box) const;
 
  private:
+  template <class Visit>
+  void each_liquid(const BodyBox& box, const Visit& visit) const;
+  world::Vec3d current_at(world::VoxelPos v, const world::IntLayer* amounts) const;
   /// The mask of the leaf that was looked at last: neighbours mostly ask for the same.
   struct LastLeaf {
     world::LeafPos leaf{INT32_MIN, 0, 0};

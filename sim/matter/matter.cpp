@@ -141,6 +141,8 @@ world::Status Matter::begin() {
       TRY_STATUS(rules_[r].rule->restore(*cells_, at->second));
   if (const auto at = state.find(kBodiesState); inhabitants_ && at != state.end())
     TRY_STATUS(inhabitants_->restore(at->second));
+  for (const world::RegionPos& r : away_)
+    if (inhabitants_) inhabitants_->set_unloaded(r, true);
   return {};
 }
 
@@ -244,6 +246,7 @@ void Matter::apply(const std::vector<world::EditBatch>& batches) {
 
 void Matter::set_unloaded(world::RegionPos r, bool unloaded) {
   if (unloaded ? !away_.insert(r).second : away_.erase(r) == 0) return;
+  if (inhabitants_) inhabitants_->set_unloaded(r, unloaded);
   closed_ = false;
   if (const auto waits = waiting_.find(r); !unloaded && waits != waiting_.end()) {
     arrived_.push_back(std::move(waits->second));

@@ -263,6 +263,29 @@ TEST(Player, CrouchesUnderWhatItCantStandUnder) {
   EXPECT_FALSE(walk.player->crouches());
 }
 
+// From a full voxel to one that holds half as much: sqrt(2 g 0.5 m), half of it where the other side is a wall.
+TEST(BodyTerrain, LiquidFlowsFromWhereThereIsMore) {
+  world::World w(world::standard_blocks());
+  add_floor(w);
+  fill(w, {-1, 0, 0}, {-1, 0, 0}, "stone");
+  fill(w, {0, 0, -1}, {1, 0, -1}, "stone");
+  fill(w, {0, 0, 1}, {1, 0, 1}, "stone");
+  fill(w, {0, 0, 0}, {1, 0, 0}, "water");
+  fill(w, {2, 0, 0}, {2, 0, 0}, "stone");
+  std::array<int32_t, world::kLeafVoxels> amount{};
+  world::LeafMask active;
+  active.set(world::index_in_leaf({1, 0, 0}));
+  amount[static_cast<size_t>(world::index_in_leaf({1, 0, 0}))] = 2048;
+  w.store.make_int_layer(world::Layer::liquid).write_leaf({0, 0, 0}, amount, active);
+  BodyTerrain terrain(w.store);
+  terrain.refresh();
+  const BodyBox in_first{fixed_from(world::Vec3d(0.25, 0.25, 0.25)), fixed_from(world::Vec3d(0.5, 0.5, 0.5))};
+  const world::Vec3d half(std::sqrt(9.81) / 2, 0, 0);
+  EXPECT_EQ(terrain.current(in_first), half);
+  EXPECT_EQ(terrain.current(moved(in_first, fixed_from(world::Vec3d(1, -0.25, 0)))), half);
+  EXPECT_EQ(terrain.current(moved(in_first, fixed_from(world::Vec3d(0, 2, 0)))), world::Vec3d(0, 0, 0));
+}
+
 TEST(Player, SwimsUpAndFloats) {
   Walk walk;
   fill(walk.w, {-8, -9, -8}, {8, -9, 8}, "stone");

@@ -130,6 +130,23 @@ TEST(Inhabitants, RainFillsAHollowWithWhatTheSceneSaysAndNoMore) {
   EXPECT_GT(matter.particles()->size(*splash), 0u);
 }
 
+// What floats is carried along by water that runs, and lies where it is in water at rest.
+TEST(Inhabitants, WaterThatRunsCarriesACrate) {
+  const auto way = [](bool runs) {
+    World world(world::standard_blocks());
+    fill(world, {{-1, -2, -1}, {40, 8, 4}}, block_named(world, "granite"));
+    fill(world, {{0, 0, 0}, {39, 8, 3}}, world::kAir);
+    fill(world, {{0, 0, 0}, {runs ? 12 : 39, 3, 3}}, block_named(world, "water"));
+    world.simulation.bodies = {{"crate", WorldPoint::from(10, 3.6, 2), {0.8, 0.8, 0.8}, {0, 0, 0}, 500}};
+    Matter matter(world, {.seed = 2});
+    EXPECT_TRUE(matter.begin().ok());
+    for (int i = 0; i < 100; ++i) matter.step();
+    return from_fixed(matter.bodies()->all()[0].box.min).x - 9.6;
+  };
+  EXPECT_NEAR(way(false), 0, 1e-9) << "2^-32 voxels";
+  EXPECT_GT(way(true), 1.0);
+}
+
 TEST(Inhabitants, ACrateThatSleepsInAPuddleFloatsWhenTheLevelRises) {
   World world = walled(12);
   world.simulation.particles = {rain(12, 60000)};  // 1 m in a minute, all of it within one layer of voxels

@@ -181,5 +181,29 @@ TEST(CM12, EditsOfWhatIsAwayWaitUntilItIsThere) {
   expect_exact(matter);
 }
 
+// A crate that slides towards a region that is away waits at its border with its velocity, and goes on.
+TEST(CM12, ABodyWaitsForTheRegion) {
+  World world = trough();
+  world.simulation.bodies = {{.name = "crate",
+                              .position = world::WorldPoint::from(kBorder - 4, 1, 8),
+                              .size = {1, 1, 1},
+                              .velocity = {8, 0, 0},
+                              .density_kg_per_m3 = 600,
+                              .friction = 0}};
+  Matter matter(world, {});
+  ASSERT_TRUE(matter.begin().ok());
+  const auto x = [&] { return from_fixed(matter.bodies()->all()[0].box.min).x; };
+  matter.set_unloaded(kEast, true);
+  Stored stored = take_out(world, kEast);
+  for (int i = 0; i < 60; ++i) matter.step();
+  EXPECT_LT(x(), kBorder - 1.0);
+  EXPECT_GT(x(), kBorder - 2.0);
+  EXPECT_FALSE(matter.settled()) << "it waits";
+  put_back(world, kEast, stored);
+  matter.set_unloaded(kEast, false);
+  for (int i = 0; i < 20; ++i) matter.step();
+  EXPECT_GT(x(), kBorder + 2.0);
+}
+
 }  // namespace
 }  // namespace sim
