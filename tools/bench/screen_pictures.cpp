@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "render/effects/samples.h"
 #include "render/image/error_metrics.h"
 #include "tools/picture.h"
 
@@ -21,6 +22,20 @@ render::Frame ScreenPictures::frame(const render::RenderKnobs& knobs) {
   const world::WorldView view(*world_);
   auto drawn = backend_->render(view, camera_, knobs, width_, height_);
   return drawn.ok() ? std::move(*drawn) : render::Frame{};
+}
+
+render::Image supersampled(render::Backend& backend, const world::World& world, const render::Camera& camera,
+                           const render::RenderKnobs& knobs, int width, int height, int side) {
+  render::Image mean(width, height);
+  const float weight = 1.0f / static_cast<float>(side * side);
+  for (int i = 0; i < side * side; ++i) {
+    const glm::dvec2 shift((i % side + 0.5) / side - 0.5, (i / side + 0.5) / side - 0.5);
+    const auto frame =
+        backend.render(world::WorldView(world), render::shifted(camera, width, height, shift), knobs, width, height);
+    if (!frame.ok()) return {};
+    for (size_t p = 0; p < mean.pixels.size(); ++p) mean.pixels[p] = mean.pixels[p] + frame->image.pixels[p] * weight;
+  }
+  return mean;
 }
 
 double relative_rms_of(const render::Image& image, const render::Image& reference) {

@@ -9,6 +9,10 @@
 
 namespace tools {
 
+/// The mean over side x side points of each pixel, by a picture for each; empty where one fails.
+render::Image supersampled(render::Backend& backend, const world::World& world, const render::Camera& camera,
+                           const render::RenderKnobs& knobs, int width, int height, int side);
+
 /// A backend, a world and a camera that make pictures of one size.
 class ScreenPictures {
  public:
@@ -16,6 +20,9 @@ class ScreenPictures {
                                                       int height);
   /// Empty where it fails.
   render::Frame frame(const render::RenderKnobs& knobs);
+  render::Image supersampled(const render::RenderKnobs& knobs, int side) {
+    return tools::supersampled(*backend_, *world_, camera_, knobs, width_, height_, side);
+  }
 
  private:
   const world::World* world_ = nullptr;
