@@ -133,7 +133,7 @@ struct CodedSide {
   }
 };
 
-/// Conductances by the sum of two codes.
+/// Conductances by the sum of two codes; none for 7.
 class Meetings {
  public:
   template <bool kLive>
@@ -150,6 +150,7 @@ class Meetings {
       hn::Store(c.g, kRow, g_ + k);
       hn::Store(c.share, kRow, share_ + k);
     }
+    g_[7] = share_[7] = 0;
   }
   const float* g() const { return g_; }
   const float* share() const { return share_; }
@@ -454,6 +455,16 @@ HWY_INLINE HeatResult conduct_page(const HeatSource& page, const HeatSource* sid
   return result;
 }
 
+}  // namespace HWY_NAMESPACE
+}  // namespace sim
+HWY_AFTER_NAMESPACE();
+
+#include "sim/matter/heat_wide-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sim {
+namespace HWY_NAMESPACE {
+
 /// Whether page and neighbours are at rest, each of one material, and equally warm.
 bool is_even(const HeatSource& page, const HeatSource* sides) {
   const auto even = [](const HeatSource& s) { return !s.heat && !s.temperature && !s.kinds; };
@@ -473,11 +484,28 @@ HWY_INLINE HeatResult conduct_content(const HeatSource& page, const HeatSource* 
   if constexpr (kContent == Content::coded)
     for (int k = 0; k < page.kinds->count; ++k)
       kinds.add(page.kinds->few[kResistance][code_of(k)], page.kinds->few[kShare][code_of(k)]);
-  for (int f = 0; f < 6 && kContent != Content::many; ++f)
-    if (kContent == Content::coded || sides[f].kinds) coded[f].find(sides[f], kinds);
+  bool any_coded = kContent == Content::coded;
+  for (int f = 0; f < 6; ++f) any_coded |= sides[f].kinds != nullptr;
+  for (int f = 0; f < 6 && any_coded && kContent != Content::many; ++f) coded[f].find(sides[f], kinds);
+  bool is_done = step.limit != 1.0f;  // nothing is left but the look at all phases
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX2
+  if (kContent != Content::many && !is_done && !page.temperature) {
+    bool all_known = true;
+    for (int f = 0; f < 6; ++f) all_known &= sides[f].closed || coded[f].is_known;
+    HeatResult result;
+    is_done = true;
+    if (kContent == Content::one && !any_coded)
+      result = conduct_wide<false>(page, sides, coded, kinds, step, heat, ahead);
+    else if (all_known)
+      result = conduct_wide<true>(page, sides, coded, kinds, step, heat, ahead);
+    else
+      is_done = false;
+    if (result.flows) return result;
+  }
+#endif
   OwnRows own;
   read_own<kContent>(page, own);
-  if (step.limit == 1.0f) {
+  if (!is_done) {
     const HeatResult result = conduct_page<kContent, false>(page, sides, coded, kinds, step, own, heat, ahead);
     if (result.flows) return result;
   }

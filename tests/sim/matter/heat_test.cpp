@@ -320,5 +320,58 @@ TEST(Heat, ABlockThatMeltsStaysAtItsTemperature) {
   EXPECT_NEAR(static_cast<double>(at(273.15, 300)), 273.15 - kRestKelvin, 1e-3);
 }
 
+// Each way through the kernel finds the same flows: pages of one to four kinds, beside such pages, walls, and cold
+// ones.
+TEST(HeatKernel, APageIsTheSameOnAllInstructions) {
+  const auto random = [](int n, int k, int what) { return world::random_bits(7, n, k, what); };
+  const auto voxel = [](uint64_t k) {
+    const ThermalVoxel voxels[] = {{1e-5f, 0, -1e9f, 1e9f, 0.2f, 1e4f},
+                                   {3e-5f, 0, -1e9f, 1e9f, 0.004f, 8e3f},
+                                   {2e-3f, 5, -40, 700, 3.0f, 60},
+                                   {7e-6f, 0, -1e9f, 1e9f, 0.05f, 2e4f}};
+    return voxels[k % 4];
+  };
+  for (int n = 0; n < 300; ++n) {
+    struct Page {
+      Cells::Heats heats;
+      ThermalKinds kinds;
+      HeatSource source;
+    };
+    std::array<Page, 7> pages;
+    for (int k = 0; k < 7; ++k) {
+      Page& page = pages[static_cast<size_t>(k)];
+      const uint64_t what = random(n, k, 0);
+      page.source.all = voxel(n % 3 == 0 ? 0 : what >> 8);
+      page.source.closed = k > 0 && what % 5 == 0;
+      for (size_t i = 0; i < page.heats.size(); ++i)
+        page.heats[i] = static_cast<int32_t>(random(n, k, 100 + static_cast<int>(i)) % 2000000) - 500000;
+      if (what % 7 != 1) page.source.heat = page.heats.data();
+      const uint64_t kinds = n % 3 == 0 ? 1 : what >> 16 & 3;
+      if (kinds < 2) continue;
+      for (uint64_t m = 0; m < kinds + (n % 10 == 9); ++m) page.kinds.all.push_back(voxel(what >> 8 >> m));
+      for (int i = 0; i < world::kLeafVoxels; ++i)
+        page.kinds.kind[i] = static_cast<uint16_t>(random(n, k, 1000 + i) % page.kinds.all.size());
+      page.kinds.finish();
+      page.source.kinds = &page.kinds;
+    }
+    HeatSource sides[6];
+    for (size_t f = 0; f < 6; ++f) sides[f] = pages[f + 1].source;
+    const HeatStep step{.scale = n % 4 == 3 ? 1e-7f : 0.5f, .phase = static_cast<float>(n % 64) / 64};
+    std::vector<Cells::Heats> after;
+    std::vector<HeatResult> results;
+    for (const world::SimdLevel& level : world::simd_levels()) {
+      const world::SimdChoice choice(level);
+      Cells::Heats& heats = after.emplace_back();
+      results.push_back(conduct(pages[0].source, sides, step, heats.data()));
+      if (!results.back().flows) heats.fill(0);
+      EXPECT_EQ(after.back(), after.front()) << level.name << ", page " << n;
+      EXPECT_EQ(results.back().flows, results.front().flows) << level.name << ", page " << n;
+      EXPECT_EQ(results.back().live, results.front().live) << level.name << ", page " << n;
+      EXPECT_EQ(results.back().sides_changed, results.front().sides_changed) << level.name << ", page " << n;
+      EXPECT_EQ(results.back().changed, results.front().changed) << level.name << ", page " << n;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace sim
