@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "render/extract/isosurface.h"
 #include "world/world.h"
 
 namespace render {
@@ -30,11 +31,28 @@ struct SurfaceMesh {
 /// `merged`: rectangles as large as they go; else a square a voxel face.
 SurfaceMesh surface_of(const world::World& world, bool merged = true);
 
+/// The isosurface of a world's level set or density.
+struct SmoothSurface {
+  const world::BlockPalette* palette = nullptr;  // the world's, which must live as long
+  world::VoxelMesh mesh;
+  std::vector<world::Vec3f> normals;   // by vertex; empty: faceted
+  std::vector<world::BlockId> blocks;  // by vertex: what lies there
+  double voxel_size_m = 1;
+};
+struct SmoothOptions {
+  SurfaceMethod method = SurfaceMethod::marching_cubes;
+  float iso = 0.5f;       // of a density: denser is inside; > 0
+  double adaptivity = 0;  // of openvdb: 0..1
+};
+/// Fails where the world has neither a level set nor a density, or the surface lies nowhere.
+world::Result<SmoothSurface> smooth_surface_of(const world::World& world, const SmoothOptions& options);
+
 struct SurfaceFormat {
   std::string name;
   std::string extension;  // ".obj"
   std::string what;       // one line for help
   world::Result<std::string> (*encode)(const SurfaceMesh& surface);
+  world::Result<std::string> (*encode_smooth)(const SmoothSurface& surface);
   bool materials = false;  // says that blocks shine or let light pass; else their colour is all that it holds
 };
 /// What of a world a file of this format doesn't hold beside what lies inside, a sentence each.
@@ -46,6 +64,13 @@ const SurfaceFormat* surface_format_for(const std::filesystem::path& path);
 /// Writes beside the target, syncs, and renames over it.
 world::Status write_surface(const world::World& world, const SurfaceFormat& format, const std::filesystem::path& path);
 
+world::Status write_smooth_surface(const world::World& world, const SmoothOptions& options, const SurfaceFormat& format,
+                                   const std::filesystem::path& path);
+
+/// Metres a voxel, as the world's metadata say; else 1.
+double voxel_size_of(const world::World& world);
+/// Triangles by the block of their first corner, sorted by block.
+std::vector<std::pair<world::BlockId, std::vector<glm::uvec3>>> triangles_by_block(const SmoothSurface& surface);
 /// The block's colour as displays want it: sRGB, 0..255. What emits without an albedo has the colour of its light.
 std::array<uint8_t, 3> display_colour(const world::Block& block);
 

@@ -1,10 +1,35 @@
-// Stanford .ply, binary: vertices with colours, quads.
+// Stanford .ply, binary: vertices with colours, quads or triangles.
 
 #include <fmt/format.h>
 
 #include "render/export/export.h"
 
 namespace render {
+namespace {
+
+world::Result<std::string> encode_smooth(const SmoothSurface& surface) {
+  const bool normals = !surface.normals.empty();
+  std::string out = fmt::format(
+      "ply\nformat binary_little_endian 1.0\ncomment Loam: a smooth surface of a world, in metres\nelement vertex {}\n"
+      "property double x\nproperty double y\nproperty double z\n{}property uchar red\nproperty uchar green\n"
+      "property uchar blue\nelement face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+      surface.mesh.vertices.size(), normals ? "property float nx\nproperty float ny\nproperty float nz\n" : "",
+      surface.mesh.triangles.size());
+  out.reserve(out.size() + 39 * surface.mesh.vertices.size() + 13 * surface.mesh.triangles.size());
+  for (size_t v = 0; v < surface.mesh.vertices.size(); ++v) {
+    for (int axis = 0; axis < 3; ++axis) put(out, surface.mesh.vertices[v][axis] * surface.voxel_size_m);
+    for (int axis = 0; normals && axis < 3; ++axis) put(out, surface.normals[v][axis]);
+    for (const uint8_t band : display_colour((*surface.palette)[surface.blocks[v]])) put(out, band);
+  }
+  for (const glm::uvec3& t : surface.mesh.triangles) {
+    put(out, uint8_t{3});
+    for (int k = 0; k < 3; ++k) put(out, t[k]);
+  }
+  return out;
+}
+
+}  // namespace
+
 SurfaceFormat ply_surface_format() {
   return {
       .name = "ply",
@@ -36,7 +61,8 @@ SurfaceFormat ply_surface_format() {
           }
         }
         return out;
-      }};
+      },
+      .encode_smooth = encode_smooth};
 }
 
 }  // namespace render

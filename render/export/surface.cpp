@@ -1,5 +1,5 @@
 // Faces of all chunks as one surface, and the registry: each file render/export/NAME.cpp exposes
-// `SurfaceFormat NAME_surface_format()`; this one is the only one that is no format.
+// `SurfaceFormat NAME_surface_format()`; this one and smooth.cpp are no formats.
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -36,13 +36,17 @@ const SurfaceFormat* surface_format_for(const std::filesystem::path& path) {
   return nullptr;
 }
 
+double voxel_size_of(const world::World& world) {
+  const auto size = world.metadata.find("voxel_size_m");
+  if (size == world.metadata.end()) return 1;
+  const double value = std::strtod(size->second.c_str(), nullptr);
+  return std::isfinite(value) && value > 1e-9 && value < 1e9 ? value : 1;
+}
+
 SurfaceMesh surface_of(const world::World& world, bool merged) {
   SurfaceMesh surface;
   surface.palette = world.palette.get();
-  if (const auto size = world.metadata.find("voxel_size_m"); size != world.metadata.end()) {
-    const double value = std::strtod(size->second.c_str(), nullptr);
-    if (std::isfinite(value) && value > 1e-9 && value < 1e9) surface.voxel_size_m = value;
-  }
+  surface.voxel_size_m = voxel_size_of(world);
   const world::WorldView view(world);
   Extractor extractor;
   extractor.rebuild(view, {.merge_faces = merged, .sealed_cavities = true});

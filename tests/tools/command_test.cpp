@@ -53,6 +53,22 @@ TEST_F(Command, EmptyTruncatedAndWrongFilesAreRefusedAndNothingIsLeft) {
   EXPECT_EQ(files(), 2u);  // stdout and stderr only: no temporary file stays
 }
 
+TEST_F(Command, SmoothSurfacesOfLevelSetsAreWrittenAndWhatHasNoneIsTold) {
+  const std::string out = path("out.ply");
+  expect_one_sentence(run("convert cube " + out + " --surface marching_cubes"), 3, "no level set and no density");
+  expect_one_sentence(run("convert cube " + path("out.loam") + " --surface blocks"), 2, ".glb");
+  expect_one_sentence(run("convert cube " + out + " --surface blocks --adaptivity 0.5"), 2, "openvdb");
+  EXPECT_NE(run("convert cube " + out + " --surface smoothest").code, 0);
+  EXPECT_FALSE(exists("out.ply"));
+  const auto file = world::shared_data("vdb/sphere.vdb");
+  if (!file) GTEST_SKIP();
+  for (const char* method : {"blocks", "surface_nets", "marching_cubes", "marching_tetrahedra", "openvdb"}) {
+    const Outcome outcome = run("convert '" + file->string() + "' " + out + " --surface " + method);
+    EXPECT_EQ(outcome.code, 0) << outcome.error;
+    EXPECT_EQ(slurp(folder_ / "out.ply").substr(0, 3), "ply");
+  }
+}
+
 TEST_F(Command, AnUnknownExtensionSaysWhatCanBeRead) {
   write("a.xyz", "hello");
   const Outcome outcome = run("convert " + path("a.xyz") + " " + path("out.loam"));

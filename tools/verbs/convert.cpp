@@ -22,6 +22,8 @@ struct ConvertOptions {
   std::vector<int> window;
   world::ImportOptions import;
   bool json = false;
+  std::string surface;  // a method of isosurfaces; empty: the faces of blocks
+  render::SmoothOptions smooth;
 };
 
 void print_report(const world::World& world, const world::ImportReport& report, const std::string& output,
@@ -50,6 +52,10 @@ world::Result<int> run_convert(ConvertOptions options) {
     if (!found) return world::usage_error(found.error().message + "; and surfaces, as .obj, .ply or .glb");
     writer = *found;
   }
+  if (!options.surface.empty() && !surface)
+    return world::usage_error("--surface makes a mesh, which is written as .obj, .ply or .glb");
+  if (options.smooth.adaptivity > 0 && options.smooth.method != render::SurfaceMethod::openvdb)
+    return world::usage_error("--adaptivity goes with --surface openvdb");
   world::ImportReport report;
   TRY(world::Scene scene, world::load_scene(options.input));
   if (scene.file == options.input) scene.import_options = options.import;  // else it is a scene, with its own
@@ -66,8 +72,9 @@ world::Result<int> run_convert(ConvertOptions options) {
   if (options.import.strict && !lost.empty())
     return world::input_error(options.output + ": " + lost.front() + "; leave --strict out to write it so");
   progress.stage("writing " + options.output);
-  TRY_STATUS(surface ? render::write_surface(world, *surface, options.output)
-                     : world::write_world(world, options.output));
+  TRY_STATUS(!options.surface.empty() ? render::write_smooth_surface(world, options.smooth, *surface, options.output)
+             : surface                ? render::write_surface(world, *surface, options.output)
+                                      : world::write_world(world, options.output));
   progress.stage("");
   if (options.json) {
     nlohmann::json j{{"voxels", world.store.voxel_count()},
@@ -129,6 +136,22 @@ void add_convert_verb(CommandLine& command) {
   verb->add_option("IN", options->input, "a file, a scene, or a scene .toml")->required();
   verb->add_option("OUT", options->output, "what to write")->required();
   add_import_options(verb, options->import, options->window);
+  const auto methods = render::surface_method_names();
+  CLI::Option* const surface = verb->add_option_function<std::string>(
+                                       "--surface",
+                                       [options](const std::string& name) {
+                                         options->surface = name;
+                                         options->smooth.method = *render::surface_method_from_name(name);
+                                       },
+                                       "meshes: the smooth surface of the world's level set or density, by this method")
+                                   ->check(CLI::IsMember(std::vector<std::string>(methods.begin(), methods.end())));
+  verb->add_option("--iso", options->smooth.iso, "--surface of a density: denser is inside (default: 0.5)")
+      ->check(CLI::PositiveNumber)
+      ->needs(surface);
+  verb->add_option("--adaptivity", options->smooth.adaptivity,
+                   "--surface openvdb: 0 to 1, fewer and larger triangles where it is flat")
+      ->check(CLI::Range(0.0, 1.0))
+      ->needs(surface);
   verb->add_flag("--json", options->json, "one JSON object on stdout");
   command.action(verb, [options] { return run_convert(*options); });
 }

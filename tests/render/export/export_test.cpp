@@ -10,6 +10,7 @@
 #include "tests/support.h"
 #include "world/base/file.h"
 #include "world/formats/format.h"
+#include "world/meshes/mesh.h"
 
 namespace render {
 namespace {
@@ -105,6 +106,86 @@ TEST(Export, AGlbIsWhatItsSpecificationAsksFor) {
   size_t quads = 0;
   for (const BlockSurface& block : surface.blocks) quads += block.quads.size();
   EXPECT_EQ(triangles, 2 * quads);
+}
+
+/// A ball as a level set of two blocks, the upper half of one, at half a metre a voxel.
+World smooth_world() {
+  World world(world::standard_blocks());
+  world::EditBatch batch;
+  world::FloatLayer& distance = world.store.make_layer(world::Layer::distance);
+  for (int x = -16; x < 16; ++x)
+    for (int y = -16; y < 16; ++y)
+      for (int z = -16; z < 16; ++z) {
+        const auto d = static_cast<float>(glm::length(world::Vec3d(x + 0.4, y + 0.3, z + 0.2)) - 10);
+        if (std::abs(d) < 3) distance.set({x, y, z}, d);
+        if (d <= 0) batch.set({x, y, z}, *world.palette->find(y < 0 ? "stone" : "snow"));
+      }
+  EXPECT_TRUE(world.store.apply(batch));
+  world.metadata["voxel_size_m"] = "0.5";
+  return world;
+}
+
+TEST(Export, SmoothSurfacesReadBackAsTheSameMeshWithNormalsAndColours) {
+  const world::TemporaryFolder folder;
+  const World world = smooth_world();
+  for (const char* file : {"a.obj", "a.ply"})
+    for (const SurfaceMethod method :
+         {SurfaceMethod::blocks, SurfaceMethod::surface_nets, SurfaceMethod::marching_cubes,
+          SurfaceMethod::marching_tetrahedra, SurfaceMethod::openvdb}) {
+      SCOPED_TRACE(std::string(file) + " " + std::string(surface_method_names()[static_cast<size_t>(method)]));
+      const SmoothSurface surface = smooth_surface_of(world, {.method = method}).value();
+      EXPECT_EQ(surface.normals.empty(), method == SurfaceMethod::blocks);
+      ASSERT_TRUE(write_smooth_surface(world, {.method = method}, *surface_format_for(file), folder / file));
+      world::MeshReport report;
+      const auto back = world::read_mesh_file(folder / file, report);
+      ASSERT_TRUE(back.ok()) << back.error().message;
+      EXPECT_EQ(back->triangles.size() + report.degenerate, surface.mesh.triangles.size());
+      EXPECT_EQ(back->normals.empty(), surface.normals.empty());
+      for (size_t v = 0; v < back->positions.size(); ++v) {
+        const world::Vec3d out = world::Vec3d(back->positions[v]) / 0.5 + world::Vec3d(-0.1, -0.2, -0.3);
+        ASSERT_NEAR(glm::length(out), 10, method == SurfaceMethod::blocks ? 0.87 : 0.05);
+        if (back->normals.empty()) continue;
+        ASSERT_GT(glm::dot(world::Vec3d(back->normals[v]), out / glm::length(out)), 0.98);
+      }
+    }
+}
+
+TEST(Export, ASmoothGlbHoldsSharedVerticesAndAPrimitiveABlock) {
+  const World world = smooth_world();
+  const SmoothSurface surface = smooth_surface_of(world, {}).value();
+  const std::string bytes = surface_format_for("x.glb")->encode_smooth(surface).value();
+  uint32_t json_bytes;
+  std::memcpy(&json_bytes, &bytes[12], 4);
+  const auto gltf = nlohmann::json::parse(bytes.substr(20, json_bytes));
+  ASSERT_EQ(gltf["meshes"][0]["primitives"].size(), 2u);
+  size_t triangles = 0;
+  for (const auto& primitive : gltf["meshes"][0]["primitives"]) {
+    const auto& positions = gltf["accessors"][primitive["attributes"]["POSITION"].get<size_t>()];
+    EXPECT_EQ(positions["count"], surface.mesh.vertices.size());
+    EXPECT_EQ(gltf["accessors"][primitive["attributes"]["NORMAL"].get<size_t>()]["count"], positions["count"]);
+    EXPECT_NEAR(positions["max"][0].get<double>(), 5.05, 0.05);
+    const auto& indices = gltf["accessors"][primitive["indices"].get<size_t>()];
+    triangles += indices["count"].get<size_t>() / 3;
+    const size_t from = gltf["bufferViews"][indices["bufferView"].get<size_t>()]["byteOffset"];
+    for (size_t i = 0; i < indices["count"]; ++i) {
+      uint32_t vertex;
+      std::memcpy(&vertex, &bytes[20 + json_bytes + 8 + from + 4 * i], 4);
+      ASSERT_LT(vertex, surface.mesh.vertices.size());
+    }
+  }
+  EXPECT_EQ(triangles, surface.mesh.triangles.size());
+}
+
+TEST(Export, AWorldWithoutAFieldOrBelowTheLevelIsOneClearError) {
+  const auto none = smooth_surface_of(sample_world(), {});
+  ASSERT_FALSE(none.ok());
+  EXPECT_NE(none.error().message.find("no level set and no density"), std::string::npos);
+  World thin(world::standard_blocks());
+  thin.store.make_layer(world::Layer::density).set({1, 2, 3}, 0.25f);
+  const auto below = smooth_surface_of(thin, {});
+  ASSERT_FALSE(below.ok());
+  EXPECT_NE(below.error().message.find("nowhere above 0.5; its largest value is 0.25"), std::string::npos)
+      << below.error().message;
 }
 
 TEST(Export, AnEmptyWorldIsAnError) {
