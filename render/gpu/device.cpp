@@ -324,6 +324,8 @@ void Device::destroy(const Retired& r) {
       return memory_.release(r.range);
     case VK_OBJECT_TYPE_BUFFER:
       return vkDestroyBuffer(device_, reinterpret_cast<VkBuffer>(r.handle), nullptr);
+    case VK_OBJECT_TYPE_BUFFER_VIEW:
+      return vkDestroyBufferView(device_, reinterpret_cast<VkBufferView>(r.handle), nullptr);
     case VK_OBJECT_TYPE_IMAGE:
       return vkDestroyImage(device_, reinterpret_cast<VkImage>(r.handle), nullptr);
     case VK_OBJECT_TYPE_IMAGE_VIEW:
@@ -361,6 +363,19 @@ world::Result<Buffer> make_buffer(Device& device, VkDeviceSize size, VkBufferUsa
   TRY(const MemoryRange range, device.memory().allocate(needs, use, false));
   buffer.memory = OwnedMemory(device, range);
   VK_CHECK(vkBindBufferMemory(device.handle(), handle, range.block->memory, range.offset));
+  return buffer;
+}
+
+world::Result<Buffer> make_texel_buffer(Device& device, VkDeviceSize size, VkFormat format, VkBufferUsageFlags usage,
+                                        MemoryUse use) {
+  TRY(Buffer buffer, make_buffer(device, size, usage | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT, use));
+  auto info = vk_info<VkBufferViewCreateInfo>(VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO);
+  info.buffer = buffer.handle;
+  info.format = format;
+  info.range = VK_WHOLE_SIZE;
+  VkBufferView view = VK_NULL_HANDLE;
+  VK_CHECK(vkCreateBufferView(device.handle(), &info, nullptr, &view));
+  buffer.texels = Owned<VkBufferView>(device, view);
   return buffer;
 }
 

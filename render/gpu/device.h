@@ -117,6 +117,10 @@ constexpr VkObjectType object_type<VkBuffer>() {
   return VK_OBJECT_TYPE_BUFFER;
 }
 template <>
+constexpr VkObjectType object_type<VkBufferView>() {
+  return VK_OBJECT_TYPE_BUFFER_VIEW;
+}
+template <>
 constexpr VkObjectType object_type<VkImage>() {
   return VK_OBJECT_TYPE_IMAGE;
 }

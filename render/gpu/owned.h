@@ -34,6 +34,7 @@ class Owned {
 struct Buffer {
   OwnedMemory memory;  // dies last
   Owned<VkBuffer> handle;
+  Owned<VkBufferView> texels;  // of make_texel_buffer()
   VkDeviceSize size = 0;
 
   std::byte* mapped() const { return memory.mapped(); }
@@ -50,6 +51,10 @@ struct DeviceImage {
 
 /// `size` 0 makes a buffer of 16 bytes, so that an empty world needs no special case.
 world::Result<Buffer> make_buffer(Device& device, VkDeviceSize size, VkBufferUsageFlags usage, MemoryUse use);
+/// A buffer that shaders read texel by texel, in this format: by the path of textures, which software reads many lanes
+/// at once, while it reads storage buffers lane by lane.
+world::Result<Buffer> make_texel_buffer(Device& device, VkDeviceSize size, VkFormat format, VkBufferUsageFlags usage,
+                                        MemoryUse use);
 world::Result<DeviceImage> make_image(Device& device, VkExtent2D extent, VkFormat format, VkImageUsageFlags usage,
                                       VkImageAspectFlags aspect);
 

@@ -19,11 +19,17 @@ enum StorageClass : uint32_t { kUniformConstant = 0, kUniform = 2, kStorageBuffe
 constexpr uint32_t kDecorationBinding = 33;
 constexpr size_t kHeaderWords = 5;
 
-/// Types of images and samplers by the id of their type.
-VkDescriptorType image_type(uint32_t op, std::span<const uint32_t> words) {
+/// Types of images and samplers by the id of their type; `known`: those before it.
+VkDescriptorType image_type(uint32_t op, std::span<const uint32_t> words,
+                            const std::map<uint32_t, VkDescriptorType>& known) {
   if (op == kTypeSampler) return VK_DESCRIPTOR_TYPE_SAMPLER;
-  if (op == kTypeSampledImage) return VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
-  constexpr size_t kSampled = 7;  // word of OpTypeImage: 1 read with a sampler, 2 read and written without
+  if (op == kTypeSampledImage)
+    return known.at(words[2]) == VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER ? VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER
+                                                                         : VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
+  // Words of OpTypeImage; kSampled: 1 read with a sampler, 2 read and written without.
+  constexpr size_t kDim = 3, kSampled = 7;
+  constexpr uint32_t kBuffer = 5;
+  if (words[kDim] == kBuffer && words[kSampled] == 1) return VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
   return words[kSampled] == 2 ? VK_DESCRIPTOR_TYPE_STORAGE_IMAGE : VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE;
 }
 
@@ -38,7 +44,7 @@ std::vector<ShaderBinding> shader_bindings(std::span<const uint32_t> spirv) {
     const auto words = spirv.subspan(at, count);
     if (op == kDecorate && words[2] == kDecorationBinding) binding_of[words[1]] = words[3];
     if (op == kTypeImage || op == kTypeSampler || op == kTypeSampledImage)
-      opaque_types[words[1]] = image_type(op, words);
+      opaque_types[words[1]] = image_type(op, words, opaque_types);
     if (op == kTypePointer) pointee_of[words[1]] = words[3];
     if (op == kVariable && binding_of.contains(words[2])) {
       const uint32_t binding = binding_of[words[2]];

@@ -16,14 +16,16 @@ bool is_buffer(VkDescriptorType type) {
 
 world::Status Bindings::open(gpu::Device& device) {
   device_ = &device;
-  TRY(no_buffer_, gpu::make_buffer(device, 0, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT,
-                                   gpu::MemoryUse::device));
+  TRY(no_buffer_, gpu::make_texel_buffer(device, 0, VK_FORMAT_R32G32B32A32_SFLOAT,
+                                         VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT,
+                                         gpu::MemoryUse::device));
   TRY(no_image_, gpu::make_image(device, {1, 1}, VK_FORMAT_R32G32B32A32_SFLOAT, VK_IMAGE_USAGE_STORAGE_BIT,
                                  VK_IMAGE_ASPECT_COLOR_BIT));
   TRY_STATUS(device.run([&](VkCommandBuffer commands) {
     image_discard(commands, no_image_.handle, VK_IMAGE_ASPECT_COLOR_BIT, kNothing, kNothing);
   }));
   empty_.buffer = {no_buffer_.handle, 0, VK_WHOLE_SIZE};
+  empty_.texels = no_buffer_.texels;
   empty_.image = {VK_NULL_HANDLE, no_image_.view, VK_IMAGE_LAYOUT_GENERAL};
   return {};
 }
@@ -36,7 +38,7 @@ world::Status Bindings::begin_picture() {
 }
 
 void Bindings::bind(uint32_t binding, const gpu::Buffer& buffer, VkDeviceSize first, VkDeviceSize bytes) {
-  bound_[binding] = {.buffer = {buffer.handle, first, bytes}, .set = true};
+  bound_[binding] = {.buffer = {buffer.handle, first, bytes}, .texels = buffer.texels, .set = true};
 }
 
 void Bindings::bind(uint32_t binding, const gpu::DeviceImage& image, VkSampler sampler) {
@@ -46,6 +48,7 @@ void Bindings::bind(uint32_t binding, const gpu::DeviceImage& image, VkSampler s
 world::Status Bindings::add_pool() {
   const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 4 * kSetsInPool},
                                         {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 32 * kSetsInPool},
+                                        {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 8 * kSetsInPool},
                                         {VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE, 8 * kSetsInPool},
                                         {VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 8 * kSetsInPool},
                                         {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 8 * kSetsInPool},
@@ -81,7 +84,8 @@ world::Result<VkDescriptorSet> Bindings::make_set(const Pipeline& pipeline) {
   for (const gpu::ShaderBinding& b : pipeline.bindings) {
     const auto found = bound_.find(b.binding);
     const bool is_set = found != bound_.end() && found->second.set;
-    CHECK(is_set || is_buffer(b.type) || b.type == VK_DESCRIPTOR_TYPE_STORAGE_IMAGE);
+    const bool is_texels = b.type == VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
+    CHECK(is_set || is_buffer(b.type) || is_texels || b.type == VK_DESCRIPTOR_TYPE_STORAGE_IMAGE);
     const Bound& what = is_set ? found->second : empty_;
     auto write = gpu::vk_info<VkWriteDescriptorSet>(VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET);
     write.dstSet = set;
@@ -90,6 +94,8 @@ world::Result<VkDescriptorSet> Bindings::make_set(const Pipeline& pipeline) {
     write.descriptorType = b.type;
     write.pBufferInfo = is_buffer(b.type) ? &what.buffer : nullptr;
     write.pImageInfo = is_buffer(b.type) ? nullptr : &what.image;
+    write.pTexelBufferView = &what.texels;
+    CHECK(!is_texels || what.texels != VK_NULL_HANDLE);
     writes.push_back(write);
   }
   vkUpdateDescriptorSets(device_->handle(), static_cast<uint32_t>(writes.size()), writes.data(), 0, nullptr);

@@ -25,7 +25,7 @@ class Bindings {
   void forget(uint32_t binding) { bound_.erase(binding); }
 
   /// Binds the pipeline and a set of what is bound now. A buffer or storage image that nobody has bound is an empty
-  /// one; any other image without a binding is a bug.
+  /// one, as is a buffer of texels (of floats); any other image without a binding is a bug.
   void use(VkCommandBuffer commands, const Pipeline& pipeline) { bind_set(commands, pipeline, set_for(pipeline)); }
   /// The two halves of use(), for pipelines that take turns: each has a set of its own, since what a shader doesn't use
   /// under its constants is not in its layout. A set that couldn't be made (see status()) binds nothing.
@@ -38,6 +38,7 @@ class Bindings {
   struct Bound {
     VkDescriptorBufferInfo buffer{};
     VkDescriptorImageInfo image{};
+    VkBufferView texels = VK_NULL_HANDLE;
     bool set = false;
   };
   world::Result<VkDescriptorSet> make_set(const Pipeline& pipeline);

@@ -114,12 +114,13 @@ void FacePool::release(const PooledChunk& chunk) {
 world::Status FacePool::place(gpu::Device& device, uint32_t records, PooledChunk& chunk) {
   for (uint32_t p = 0;; ++p) {
     if (p == pages_.size()) {
-      const uint32_t limit = device.limits().maxStorageBufferRange / static_cast<uint32_t>(sizeof(FaceRecord));
+      const uint32_t limit = std::min(device.limits().maxStorageBufferRange / static_cast<uint32_t>(sizeof(FaceRecord)),
+                                      device.limits().maxTexelBufferElements);
       const uint32_t room = std::min(limit, std::max(page_records, records));
       Page page;
-      TRY(page.buffer, gpu::make_buffer(device, uint64_t{room} * sizeof(FaceRecord),
-                                        VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
-                                        gpu::MemoryUse::device));
+      TRY(page.buffer, gpu::make_texel_buffer(device, uint64_t{room} * sizeof(FaceRecord), VK_FORMAT_R32G32_UINT,
+                                              VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+                                              gpu::MemoryUse::device));
       page.free[0] = room;
       pages_.push_back(std::move(page));
     }

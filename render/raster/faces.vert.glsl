@@ -7,8 +7,8 @@
 
 layout(constant_id = kSpecExactEdges) const bool kExactEdges = true;
 layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
-layout(binding = kBindFaces, std430) readonly buffer Faces { uvec2 faces[]; };
-layout(binding = kBindChunks, std430) readonly buffer Chunks { ivec4 chunks[]; };
+layout(binding = kBindFaces) uniform usamplerBuffer faces;
+layout(binding = kBindChunks) uniform isamplerBuffer chunks;
 
 #include "render/raster/face_vertex.glsl.h"
 
@@ -17,11 +17,11 @@ layout(location = 2) flat out uint detail;
 layout(location = 1) flat out vec4 rectangle;  // low u, low v, high u, high v, relative to the camera
 
 void main() {
-  const uvec2 record = faces[uint(gl_VertexIndex) >> 2];
+  const uvec2 record = texelFetch(faces, gl_VertexIndex >> 2).xy;
   const int face = int(face_direction(record.y));
   const int axis = face >> 1;
   const int u = axis == 2 ? 1 : 2, v = axis == 0 ? 1 : 0;
-  const ivec4 chunk = chunks[gl_InstanceIndex];
+  const ivec4 chunk = texelFetch(chunks, gl_InstanceIndex);
   const int level = chunk.w & int(kChunkLevel);
   detail = uint(chunk.w);
   const ivec3 voxel = chunk.xyz + (ivec3(face_voxel(record.x)) << level);

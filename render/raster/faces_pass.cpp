@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "bare.frag.spv.h"
 #include "faces.frag.spv.h"
 #include "faces.vert.spv.h"
 #include "shapes.frag.spv.h"
@@ -42,15 +43,18 @@ world::Status FacesPass::fit_indices(PassContext& context, uint32_t largest) {
 
 world::Result<const Pipeline*> FacesPass::pipeline(PassContext& context, const Drawing& drawing, bool shapes,
                                                    bool blends) {
-  const FaceEdges edges = drawing.knobs.face_edges;
+  const FaceEdges edges = drawing.bare ? FaceEdges::hardware : drawing.knobs.face_edges;
   const bool clips = drawing.behind != nullptr;
-  Pipeline& found = pipelines_[{edges, shapes, blends, clips}];
+  Pipeline& found = pipelines_[{edges, shapes, blends, clips, drawing.bare}];
   if (!found) {
     const std::array constants{Constant{kSpecExactEdges, edges == FaceEdges::exact}, Constant{kSpecBlends, blends},
                                Constant{kSpecClips, clips}};
     const GraphicsState state{.colour = {kSeenFormat}, .depth = kDepthFormat};
-    TRY(found, shapes ? make_graphics(context.device, shapes_vert_spv, shapes_frag_spv, state, constants)
-                      : make_graphics(context.device, faces_vert_spv, faces_frag_spv, state, constants));
+    const std::span<const uint32_t> vertex = shapes ? std::span<const uint32_t>(shapes_vert_spv) : faces_vert_spv,
+                                    fragment = drawing.bare ? std::span<const uint32_t>(bare_frag_spv)
+                                               : shapes     ? std::span<const uint32_t>(shapes_frag_spv)
+                                                            : faces_frag_spv;
+    TRY(found, make_graphics(context.device, vertex, fragment, state, constants));
   }
   return &found;
 }
@@ -85,8 +89,8 @@ world::Status FacesPass::prepare(PassContext& context, const Drawing& drawing, F
   if (any_shapes) {
     TRY(shapes_, pipeline(context, drawing, true, list_.blends));
   }
-  TRY_STATUS(context.fill(chunks_, list_.chunks.data(), list_.chunks.size() * sizeof(ChunkCorner),
-                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
+  TRY_STATUS(context.fill_texels(chunks_, VK_FORMAT_R32G32B32A32_SINT, list_.chunks.data(),
+                                 list_.chunks.size() * sizeof(ChunkCorner)));
   TRY_STATUS(context.fill(draws_, list_.draws.data(), list_.draws.size() * sizeof(VkDrawIndexedIndirectCommand),
                           VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
   context.bindings.bind(kBindChunks, chunks_);

@@ -26,7 +26,7 @@ class FacesPass : public Pass {
   world::Result<const Pipeline*> pipeline(PassContext& context, const Drawing& drawing, bool shapes, bool blends);
   void record_draws(VkCommandBuffer commands, PassContext& context, bool second);
 
-  std::map<std::tuple<FaceEdges, bool, bool, bool>, Pipeline> pipelines_;
+  std::map<std::tuple<FaceEdges, bool, bool, bool, bool>, Pipeline> pipelines_;
   const Pipeline *cubes_ = nullptr, *shapes_ = nullptr;  // of the picture; shapes: null where there are none
   OcclusionTest occlusion_;
   std::vector<CulledPool> pools_;  // cubes by level, then shapes

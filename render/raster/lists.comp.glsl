@@ -12,6 +12,9 @@ layout(constant_id = kSpecCoveragePattern) const uint kCoveragePattern = 0u;
 layout(binding = kBindColour, rgba32f) uniform image2D colour_image;
 layout(binding = kBindLayerHeads, r32ui) readonly uniform uimage2D heads;
 layout(binding = kBindLayerNodes, std430) readonly buffer Nodes { uint nodes[]; };
+layout(constant_id = kSpecListedPixels) const bool kListedPixels = false;
+layout(binding = kBindLayerPixels, std430) readonly buffer Pixels { uint pixels[]; };
+layout(binding = kBindLayerDispatch, std430) readonly buffer Dispatch { uint layer_groups, one_y, one_z, pixel_count; };
 
 /// A share of the picture below which a mirrored ray is not worth its cost.
 const float kLeastMirrored = 0.004;
@@ -31,7 +34,12 @@ struct Bend {
 };
 
 void main() {
-  const ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+  if (kListedPixels) {
+    const uint place = gl_WorkGroupID.x * 64u + gl_LocalInvocationIndex;
+    if (place >= pixel_count) return;
+    pixel = ivec2(pixels[place] & 0xffffu, pixels[place] >> 16);
+  }
   if (any(greaterThanEqual(pixel, ivec2(picture.screen.xy)))) return;
   const uint head = imageLoad(heads, pixel).x, eye = uint(layers.eye.x);
   const uvec2 seen = texelFetch(seen_image, pixel, 0).xy;
@@ -137,9 +145,9 @@ void main() {
   if (mirror) {
     const uint face = seen_face(seen.x), block = seen_block(seen.x);
     const FacePoint at = face_point(block, face, t_end * ray + picture.fraction.xyz, int(seen.y), -direction);
-    behind = fog.added + fog.value * (materials[2u * block].rgb *
-                                          mirrored_radiance(t_end * ray, at, int(seen.y), direction, medium) +
-                                      materials[2u * block + 1u].rgb);
+    behind = fog.added + fog.value * (albedo_of(block) * mirrored_radiance(t_end * ray, at, int(seen.y), direction,
+                                                                           medium) +
+                                      emission_of(block));
   }
   behind = max(behind - fog.added, vec3(0));
   const vec3 colour =

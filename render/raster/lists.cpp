@@ -31,6 +31,14 @@ class ListOrder : public LayerOrder {
                                  VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
                                  gpu::MemoryUse::readback));
     const VkExtent2D extent = context.targets.extent();
+    const uint64_t pixel_bytes = uint64_t{extent.width} * extent.height * sizeof(uint32_t);
+    can_list_ = pixel_bytes <= context.device.limits().maxStorageBufferRange;
+    TRY(pixels_, gpu::make_buffer(context.device, can_list_ ? pixel_bytes : 0, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                                  gpu::MemoryUse::device));
+    TRY(dispatch_, gpu::make_buffer(context.device, 4 * sizeof(uint32_t),
+                                    VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT |
+                                        VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+                                    gpu::MemoryUse::device));
     most_ = context.device.limits().maxStorageBufferRange / kNodeBytes;
     wanted_ = std::clamp(extent.width * extent.height, 4096u, most_);
     return {};
@@ -44,10 +52,13 @@ class ListOrder : public LayerOrder {
                                    gpu::MemoryUse::device));
     }
     constants.eye.y = static_cast<int>(wanted_);
+    // Beside layers, what the eye is in and mirrors change pixels.
+    listed_ = can_list_ && constants.eye.x == 0 && drawing.knobs.reflection == Reflection::none;
     const auto all = layer_constants(drawing, draws,
                                      {{kSpecCoveragePattern, static_cast<uint32_t>(drawing.knobs.coverage_pattern)},
                                       {kSpecRefraction, static_cast<uint32_t>(drawing.knobs.refraction)},
-                                      {kSpecReflection, static_cast<uint32_t>(drawing.knobs.reflection)}});
+                                      {kSpecReflection, static_cast<uint32_t>(drawing.knobs.reflection)},
+                                      {kSpecListedPixels, listed_}});
     if (!list_ || all != made_for_) {
       TRY(list_,
           make_graphics(context.device, transparency_vert_spv, lists_frag_spv,
@@ -70,6 +81,8 @@ class ListOrder : public LayerOrder {
     context.bindings.bind(kBindLayerHeads, heads_);
     context.bindings.bind(kBindLayerNodes, nodes_);
     context.bindings.bind(kBindLayerCount, count_);
+    context.bindings.bind(kBindLayerPixels, pixels_);
+    context.bindings.bind(kBindLayerDispatch, dispatch_);
     return {};
   }
 
@@ -79,15 +92,20 @@ class ListOrder : public LayerOrder {
     const VkImageSubresourceRange all{VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
     vkCmdClearColorImage(commands, heads_.handle, VK_IMAGE_LAYOUT_GENERAL, &none, 1, &all);
     vkCmdFillBuffer(commands, count_.handle, 0, sizeof(uint32_t), 0);
+    const uint32_t none_listed[] = {0, 1, 1, 0};
+    vkCmdUpdateBuffer(commands, dispatch_.handle, 0, sizeof none_listed, none_listed);
     memory_barrier(commands, kClearWrite, kFragmentReadWrite);
     begin_rendering(commands, context.targets, {}, context.targets.depth.view, false);
     draws.record(commands, context, list_);
     vkCmdEndRendering(commands);
-    memory_barrier(commands, kFragmentReadWrite, kComputeRead | kHostRead);
+    memory_barrier(commands, kFragmentReadWrite, kComputeRead | kHostRead | kIndirectRead);
     context.times.mark(commands, "transparency_resolve");
     if (copies_) copy_behind(commands, context.targets);
     context.bindings.use(commands, resolve_);
-    dispatch_pixels(commands, context.targets.extent());
+    if (listed_)
+      vkCmdDispatchIndirect(commands, dispatch_.handle, 0);
+    else
+      dispatch_pixels(commands, context.targets.extent());
   }
 
   world::Status finish(PassContext&, FrameReport& report) override {
@@ -144,9 +162,11 @@ class ListOrder : public LayerOrder {
   Pipeline list_, resolve_;
   std::vector<Constant> made_for_;
   gpu::DeviceImage heads_, behind_;
-  gpu::Buffer nodes_, count_, mirrored_;
+  gpu::Buffer nodes_, count_, pixels_, dispatch_, mirrored_;
   uint32_t wanted_ = 0, most_ = 0;  // nodes
   bool again_ = false, copies_ = false;
+  bool can_list_ = false;
+  bool listed_ = false;  // pixels that have a layer are in pixels_, and no others change
 };
 
 }  // namespace

@@ -12,6 +12,9 @@ layout(binding = kBindLayerConstants) uniform Layers { LayerConstants layers; };
 layout(binding = kBindLayerHeads, r32ui) uniform uimage2D heads;
 layout(binding = kBindLayerNodes, std430) writeonly buffer Nodes { uint nodes[]; };
 layout(binding = kBindLayerCount, std430) buffer Count { uint count; };
+layout(constant_id = kSpecListedPixels) const bool kListedPixels = false;
+layout(binding = kBindLayerPixels, std430) writeonly buffer Pixels { uint pixels[]; };
+layout(binding = kBindLayerDispatch, std430) buffer Dispatch { uint layer_groups, one_y, one_z, pixel_count; };
 
 layout(location = 0) flat in uvec2 seen;
 layout(location = 1) flat in vec4 rectangle;
@@ -25,7 +28,14 @@ void main() {
   }
   const uint node = atomicAdd(count, 1u);
   if (node >= uint(layers.eye.y)) return;  // counted: the next try has room
-  nodes[3u * node] = imageAtomicExchange(heads, ivec2(gl_FragCoord.xy), node + 1u);
+  const uvec2 pixel = uvec2(gl_FragCoord.xy);
+  const uint last = imageAtomicExchange(heads, ivec2(pixel), node + 1u);
+  nodes[3u * node] = last;
   nodes[3u * node + 1u] = seen.x;
   nodes[3u * node + 2u] = seen.y;
+  if (kListedPixels && last == 0u) {
+    const uint place = atomicAdd(pixel_count, 1u);
+    pixels[place] = pixel.x | pixel.y << 16;
+    if (place % 64u == 0u) atomicAdd(layer_groups, 1u);
+  }
 }

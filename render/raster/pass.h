@@ -61,6 +61,7 @@ struct Drawing {
   double near;  // view depth in metres closer than which nothing lies in the picture
   int width, height;
   Inhabitants inhabitants;
+  bool bare;                                // see Rasterizer::bare
   const MirrorPlane* behind = nullptr;      // the picture is taken from behind this plane, for the one seen in it
   const MirrorPicture* mirrored = nullptr;  // what that showed
 };
@@ -95,6 +96,8 @@ struct PassContext {
   /// Puts bytes into a buffer that grows where they don't fit. Without data it only grows.
   world::Status fill(gpu::Buffer& buffer, const void* data, size_t bytes, VkBufferUsageFlags usage,
                      gpu::MemoryUse use = gpu::MemoryUse::upload) const;
+  /// The same for a buffer of texels.
+  world::Status fill_texels(gpu::Buffer& buffer, VkFormat format, const void* data, size_t bytes) const;
 };
 
 class Pass {

@@ -11,7 +11,7 @@ std::span<const PassKind> pass_kinds() {
   static const PassKind kinds[] = {
       // What each pixel sees: into targets.seen and targets.depth.
       FacesPass::kind(),
-      // Radiance of what is seen: into targets.radiance, or targets.colour where a pass below needs that.
+      // Radiance of what is seen: into targets.colour, or targets.radiance where a picture is too large for that.
       ShadePass::kind(),
       // Over the shaded picture, with its depth, into targets.colour:
       // Bodies, which may lie under water.

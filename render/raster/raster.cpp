@@ -78,6 +78,7 @@ class Raster : public RasterBackend {
     return all;
   }
   raster::Rasterizer& rasterizer() override { return *rasterizer_; }
+  void draw_bare(bool bare) override { rasterizer_->bare = bare; }
 
  private:
   world::Result<Frame> attempt_render(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs,
@@ -120,6 +121,14 @@ class Raster : public RasterBackend {
       bytes += more;
     } else if (!dirty.empty()) {
       shadow_store_ = 0;
+    }
+    if (knobs.sun_shadow == SunShadow::ray && sky.environment.sun_irradiance != world::Irradiance3{}) {
+      const world::ParallelRays& to_sun =
+          rays_.parallel(view.store(), world::MaskKind::opaque, sky.environment.sun_direction);
+      TRY(const uint64_t more, rasterizer_->sun_heights().follow(rasterizer_->device(), to_sun));
+      bytes += more;
+    } else {
+      TRY_STATUS(rasterizer_->sun_heights().clear(rasterizer_->device()));
     }
     const double upload_ms = ms_since(upload_start);
     const Shading shading(sky, view.palette());
@@ -272,7 +281,7 @@ class Raster : public RasterBackend {
   SunMap sun_map_;
   std::shared_ptr<const world::SkyLight> sky_light_;
   TextureSet textures_;
-  world::StoreRays rays_;      // for the map
+  world::StoreRays rays_;      // for the sun's maps
   uint64_t pictures_ = 0;      // so far: which points of pixels the next one looks through
   uint64_t store_ = 0;         // identity of the world that was extracted
   uint64_t shadow_store_ = 0;  // and of the one whose shadow grid is on the device; 0: none, or behind

@@ -15,6 +15,8 @@ class RasterBackend : public Backend {
   /// What the validation layer said since the start.
   virtual std::vector<std::string> messages() const = 0;
   virtual raster::Rasterizer& rasterizer() = 0;
+  /// See Rasterizer::bare.
+  virtual void draw_bare(bool bare) = 0;
 };
 
 /// Fails with ErrorKind::no_device where no Vulkan 1.3 device is found; the message names the package to install.

@@ -15,14 +15,14 @@ using world::shared::SkyModel;
 // Numbers of bindings, one for each buffer and image of the whole backend. A shader declares those that it uses, and
 // its pipeline's layout is read from it; so numbers may have gaps. 0..31 geometry and its shading.
 SHARED_CONST uint kBindPicture = 0;    // uniform PictureConstants
-SHARED_CONST uint kBindFaces = 1;      // uvec2[]  face records
-SHARED_CONST uint kBindChunks = 2;     // ivec4[]  corner of each chunk, relative to the camera's voxel
-SHARED_CONST uint kBindMaterials = 3;  // vec4[2n] albedo, emitted radiance
+SHARED_CONST uint kBindFaces = 1;      // uvec2 texels: face records
+SHARED_CONST uint kBindChunks = 2;     // ivec4 texels: corner of each chunk, relative to the camera's voxel
+SHARED_CONST uint kBindMaterials = 3;  // vec4 texels: albedo, emitted radiance
 SHARED_CONST uint kBindSeen = 4;       // texture  what each pixel sees
 SHARED_CONST uint kBindRadiance = 5;   // float[3 * pixels]
-SHARED_CONST uint kBindRegions = 6;    // ivec4[]  shadow grid: hash table, region position and place + 1; 0: free
-SHARED_CONST uint kBindGroups = 7;     // uint[]   shadow grid: kGroupWords a group of 4^3 leaves, 64 groups a region
-SHARED_CONST uint kBindMasks = 8;      // uint[]   shadow grid: 16 words a mixed leaf
+SHARED_CONST uint kBindRegions = 6;    // ivec4 texels: shadow grid: hash table, region position and place + 1; 0: free
+SHARED_CONST uint kBindGroups = 7;     // uvec4 texels: shadow grid: two a group of 4^3 leaves, 64 groups a region
+SHARED_CONST uint kBindMasks = 8;      // uvec2 texels: shadow grid: 8 a mixed leaf
 SHARED_CONST uint kBindDepth = 9;      // texture  depth of what is drawn so far
 SHARED_CONST uint kBindTiles = 10;     // float[]  farthest depth of each tile of pixels
 SHARED_CONST uint kBindCandidates =
@@ -36,17 +36,23 @@ SHARED_CONST uint kBindLightLeaves = 16;   // uint[]   kLightLeafWords a leaf, S
 SHARED_CONST uint kBindLightCodes = 17;    // uint[]   a visible face
 SHARED_CONST uint kBindSunMap = 18;        // float[]  depths of the sun's map, row by row
 SHARED_CONST uint kBindColour = 19;        // image    linear radiance: targets.colour
-SHARED_CONST uint kBindShapeQuads = 20;    // vec4[kQuadVectors n] faces of shapes, see shading/shape.glsl.h
-SHARED_CONST uint kBindShapeLit = 21;    // vec4[2n] by `lit` of a quad: radiance of albedo 1 under the sky, in the sun
-SHARED_CONST uint kBindBalls = 96;       // DrawnBall[] particles, from far to near
-SHARED_CONST uint kBindBoxes = 97;       // DrawnBox[]  bodies
-SHARED_CONST uint kBindHistory = 98;     // vec4[]   what the pictures before saw of each pixel
-SHARED_CONST uint kBindNewHistory = 99;  // vec4[]   with this picture
+SHARED_CONST uint kBindShapeQuads = 20;    // vec4 texels: kQuadVectors each, faces of shapes, see shading/shape.glsl.h
+SHARED_CONST uint kBindShapeLit =
+    21;  // vec4 texels: two by `lit` of a quad: radiance of albedo 1 under the sky, in the sun
+SHARED_CONST uint kBindSunHeights = 22;       // uint texels: sun_heights.h
+SHARED_CONST uint kBindPutOff = 23;           // uint[]   pixels that shading puts off
+SHARED_CONST uint kBindPutOffDispatch = 24;   // uint[4]  the dispatch over them; how many
+SHARED_CONST uint kBindSunRays = 25;          // uint[]   pixels that need a ray to the sun
+SHARED_CONST uint kBindSunRaysDispatch = 26;  // uint[4]  as kBindPutOffDispatch
+SHARED_CONST uint kBindBalls = 96;            // DrawnBall[] particles, from far to near
+SHARED_CONST uint kBindBoxes = 97;            // DrawnBox[]  bodies
+SHARED_CONST uint kBindHistory = 98;          // vec4[]   what the pictures before saw of each pixel
+SHARED_CONST uint kBindNewHistory = 99;       // vec4[]   with this picture
 // 32..63: light and sky. 64..95: transparency, water, reflections. 96..127: particles, the whole picture.
 SHARED_CONST uint kBindLighting = 32;        // uint[]   luminaires, media, blocks: lighting.shared.h
 SHARED_CONST uint kBindSeenLuminaires = 33;  // uint[]   by tile of the picture: offset and length, then the lists
-SHARED_CONST uint kBindTextureBlocks = 34;   // uvec2[]  by block: where its tiles begin (0: even), its contrast
-SHARED_CONST uint kBindTexels = 35;          // float[]  render/textures/texture.shared.h
+SHARED_CONST uint kBindTextureBlocks = 34;   // uvec2 texels: by block: where its tiles begin (0: even), its contrast
+SHARED_CONST uint kBindTexels = 35;          // float texels: render/textures/texture.shared.h
 
 SHARED_CONST uint kTilePixels = 8;  // a tile of the occlusion test is 8 x 8 pixels
 
@@ -56,8 +62,8 @@ SHARED_CONST float kNearestFace = 1e-3;
 SHARED_CONST uint kShadeGroup = 8;  // the shading pass works on squares of 8 x 8 pixels
 
 /// A group of 4^3 leaves: which hold any opaque voxel (64 bits), which hold nothing else (64 bits), and the place of
-/// the mask of its first mixed leaf; the others follow in order of their bits.
-SHARED_CONST uint kGroupWords = 5;
+/// the mask of its first mixed leaf; the others follow in order of their bits. Two texels of 4 words.
+SHARED_CONST uint kGroupWords = 8;
 
 /// Specialisation constants.
 SHARED_CONST uint kSpecExactEdges = 0;
@@ -68,6 +74,10 @@ SHARED_CONST uint kSpecCornerOcclusion = 4;   // bool
 SHARED_CONST uint kSpecToImage = 5;           // bool: shading writes targets.colour, else the radiance buffer
 SHARED_CONST uint kSpecShapes = 6;            // bool: pixels may see faces of shapes
 SHARED_CONST uint kSpecBlends = 7;            // bool: some chunks are drawn in part
+SHARED_CONST uint kSpecPutsOff = 8;           // bool: shading leaves to a second pass what needs a ray to the sun
+SHARED_CONST uint kSpecPutOff = 9;            // bool: that second pass
+SHARED_CONST uint kSpecShadedPart = 10;       // kShaded...: what of the picture
+SHARED_CONST uint kSpecShapesPutOff = 11;     // bool: shading leaves faces of shapes to the second pass
 SHARED_CONST uint kSpecSkyModel = 32;         // bool: the sky of a time of day
 SHARED_CONST uint kSpecLuminaires = 33;       // bool
 SHARED_CONST uint kSpecMedia = 34;            // bool
@@ -84,6 +94,7 @@ SHARED_CONST uint kSpecSunMapFilter = 41;     // int, sun_map_filter
 SHARED_CONST uint kLightLeafWords = 128u, kLightBefore = 96u, kLightFirst = 120u;
 SHARED_CONST uint kLightUnknown = 0xffffffffu;
 SHARED_CONST uint kLightNone = 0u, kLightLevels = 1u, kLightIrradiance = 2u;
+SHARED_CONST uint kShadedAll = 0u, kShadedSurfaces = 1u, kShadedSky = 2u;
 SHARED_CONST uint kSunShadowSkyLight = 1u, kSunShadowMap = 2u, kSunShadowRay = 3u;
 
 /// One picture. Only members of 16 bytes, so that every layout rule places them alike.
@@ -110,7 +121,11 @@ struct PictureConstants {
   vec4 sun_irradiance;    // of a plane that faces it; w: occlusion_distance, m
   vec4 eye_absorption;    // 1/m, of what the camera is in; w: 1 where it is any
   SkyModel sky;           // of kSpecSkyModel
-  vec4 screen;            // x: width, y: height, z: metres at view depth 1 that are 1.25/256 pixel
+  ivec4 sun_cells;  // SunHeights: blocks along u (0: none), along v; main axis, +4 where rays go down it; k of the
+                    // camera's voxel
+  ivec4 sun_base;   // cell of the corner of the camera's voxel: u, v
+  vec4 sun_slope;   // of u and v along the main axis; where in its cell the corner lies
+  vec4 screen;      // x: width, y: height, z: metres at view depth 1 that are 1.25/256 pixel
 };
 
 /// What the temporal pass is told.
@@ -159,7 +174,7 @@ SHARED_CONST uint kMostShapeChunks = 1u << 14;
 SHARED_CONST uint kQuadVectors = 6u;
 
 #ifdef __cplusplus
-static_assert(sizeof(PictureConstants) == (13 + 12 + 14 + 3 + 7 + 15) * 16);
+static_assert(sizeof(PictureConstants) == (13 + 12 + 14 + 3 + 7 + 18) * 16);
 }  // namespace render::raster
 #endif
 #endif

@@ -77,6 +77,8 @@ world::Status Rasterizer::open(const gpu::DeviceOptions& options) {
   TRY_STATUS(bindings_.open(*device_));
   TRY_STATUS(times_.open(*device_));
   TRY_STATUS(light_grid_.open(*device_));
+  TRY_STATUS(fill_textures({}));
+  TRY_STATUS(sun_heights_.open(*device_));
   TRY(sun_map_, gpu::make_buffer(*device_, 0, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::MemoryUse::upload));
   stages_.resize(pass_kinds().size());
   set_level_count(0);
@@ -127,9 +129,10 @@ world::Status Rasterizer::fit_targets(int width, int height, const TargetNeeds& 
     TRY(targets_.radiance,
         gpu::make_buffer(*device_, pixels * sizeof(Rgb), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::MemoryUse::readback));
   }
-  // Bands of a multiple of 64 rows start at multiples of 768 bytes, which suits every device's offset alignment.
+  // Bands of a multiple of 64 rows start at multiples of 768 bytes, which suits every device's offset alignment. One of
+  // an image is bound by the list of its pixels.
   const uint64_t range = std::min<uint64_t>(binding_limit, device_->limits().maxStorageBufferRange);
-  const uint64_t rows = range / (sizeof(Rgb) * extent.width);
+  const uint64_t rows = range / ((needs.colour ? sizeof(uint32_t) : sizeof(Rgb)) * extent.width);
   targets_.band_rows = static_cast<uint32_t>(std::clamp<uint64_t>(rows / 64 * 64, 64, 64 * 1024));
   targets_.width = width;
   targets_.height = height;
@@ -139,6 +142,7 @@ world::Status Rasterizer::fit_targets(int width, int height, const TargetNeeds& 
 world::Status Rasterizer::bind_shared(const Drawing& drawing) {
   PictureConstants constants = picture_constants(drawing, shadow_grid_, light_grid_, sun_map_frame_);
   lighting_.describe(drawing.view, drawing.camera, drawing.knobs, seed, constants);
+  sun_heights_.describe(drawing.camera, constants);
   TRY_STATUS(context().fill(picture_, &constants, sizeof constants, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT));
   bindings_.bind(kBindPicture, picture_);
   bindings_.bind(kBindRegions, shadow_grid_.regions());
@@ -148,6 +152,7 @@ world::Status Rasterizer::bind_shared(const Drawing& drawing) {
   bindings_.bind(kBindLightLeafOf, light_grid_.leaf_of());
   bindings_.bind(kBindLightLeaves, light_grid_.leaves());
   bindings_.bind(kBindLightCodes, light_grid_.codes());
+  bindings_.bind(kBindSunHeights, sun_heights_.cells());
   bindings_.bind(kBindSunMap, sun_map_);
   // Where there is none, an empty one is bound.
   const auto bind_if_made = [&](uint32_t binding, const gpu::Buffer& buffer) {
@@ -155,8 +160,8 @@ world::Status Rasterizer::bind_shared(const Drawing& drawing) {
   };
   bind_if_made(kBindLighting, lighting_.words());
   bind_if_made(kBindSeenLuminaires, lighting_.seen());
-  bind_if_made(kBindTextureBlocks, texture_blocks_);
-  bind_if_made(kBindTexels, texels_);
+  bindings_.bind(kBindTextureBlocks, texture_blocks_);
+  bindings_.bind(kBindTexels, texels_);
   bindings_.bind(kBindSeen, targets_.seen);
   bindings_.bind(kBindDepth, targets_.depth);
   // What the other way of reading back had bound is gone with its targets.
@@ -172,7 +177,8 @@ world::Status Rasterizer::record(VkCommandBuffer commands, const Drawing& drawin
   image_discard(commands, targets_.depth.handle, VK_IMAGE_ASPECT_DEPTH_BIT, kDepthReadWrite | kComputeRead,
                 kDepthReadWrite);
   if (targets_.colour.handle)
-    image_discard(commands, targets_.colour.handle, VK_IMAGE_ASPECT_COLOR_BIT, kCopyRead, kComputeWrite);
+    image_discard(commands, targets_.colour.handle, VK_IMAGE_ASPECT_COLOR_BIT, kCopyRead,
+                  kComputeWrite | kColourReadWrite);
   const auto kinds = pass_kinds();
   for (size_t i = 0; i < kinds.size(); ++i) {
     if (!stages_[i].called_for) continue;
@@ -220,19 +226,23 @@ world::Result<uint64_t> Rasterizer::follow_sun_map(const SunMap& map) {
   return bytes;
 }
 
+/// Where there are none, a texel stands for them.
+world::Status Rasterizer::fill_textures(const TextureSet& textures) {
+  texture_blocks_ = {}, texels_ = {};
+  textured_ = !textures.empty();
+  std::vector<glm::uvec2> blocks;
+  for (size_t id = 0; textured_ && id < textures.blocks().size(); ++id)
+    blocks.emplace_back(textures.blocks()[id], std::bit_cast<uint32_t>(textures.contrasts()[id]));
+  TRY_STATUS(
+      context().fill_texels(texture_blocks_, VK_FORMAT_R32G32_UINT, blocks.data(), blocks.size() * sizeof blocks[0]));
+  return context().fill_texels(texels_, VK_FORMAT_R32_SFLOAT, textures.texels().data(),
+                               textured_ ? textures.texels().size() * sizeof(float) : 0);
+}
+
 world::Result<uint64_t> Rasterizer::follow_textures(const TextureSet& textures) {
   if (textures.version() == textures_version_) return uint64_t{0};
   textures_version_ = textures.version();
-  texture_blocks_ = {}, texels_ = {};
-  if (textures.empty()) return uint64_t{0};
-  std::vector<glm::uvec2> blocks;
-  for (size_t id = 0; id < textures.blocks().size(); ++id)
-    blocks.emplace_back(textures.blocks()[id], std::bit_cast<uint32_t>(textures.contrasts()[id]));
-  const auto fill = [&](gpu::Buffer& buffer, const auto& values) {
-    return context().fill(buffer, values.data(), values.size() * sizeof values[0], VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-  };
-  TRY_STATUS(fill(texture_blocks_, blocks));
-  TRY_STATUS(fill(texels_, textures.texels()));
+  TRY_STATUS(fill_textures(textures));
   return textures.bytes();
 }
 
@@ -246,18 +256,22 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
   const PixelRays rays(camera, width, height);
   std::vector<FacePool*> levels;
   for (const auto& level : levels_) levels.push_back(level.get());
-  const bool textured = texels_.handle != VK_NULL_HANDLE;
   TRY_STATUS(lighting_.see(*device_, camera, width, height));
-  const Drawing drawing{view,     levels,  shape_pool_, quads_, camera, rays,  sky,    sky.environment,    lighting_,
-                        textured, shading, knobs,       light,  near,   width, height, finish.inhabitants, behind,
-                        mirrored};
+  const Drawing drawing{view,      levels,  shape_pool_, quads_, camera, rays,  sky,    sky.environment,    lighting_,
+                        textured_, shading, knobs,       light,  near,   width, height, finish.inhabitants, bare,
+                        behind,    mirrored};
   Frame frame;
   FrameReport& report = frame.report;
 
   // Which passes the picture calls for, and what they need.
   const auto kinds = pass_kinds();
   TargetNeeds needs;
-  for (size_t i = 0; i < kinds.size(); ++i) stages_[i].called_for = kinds[i].called_for(drawing, needs);
+  for (size_t i = 0; i < kinds.size(); ++i)
+    stages_[i].called_for = (!bare || i == 0) && kinds[i].called_for(drawing, needs);
+  // An image is shaded faster than bands, where a list of its pixels can be bound.
+  const uint64_t range = std::min<uint64_t>(binding_limit, device_->limits().maxStorageBufferRange);
+  if (!bare && uint64_t(std::max(width, 1)) * uint64_t(std::max(height, 1)) * sizeof(vec4) <= range)
+    needs.colour = true;
   TRY_STATUS(fit_targets(width, height, needs));
   TRY_STATUS(bindings_.begin_picture());
   TRY_STATUS(bind_shared(drawing));

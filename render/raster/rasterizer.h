@@ -10,6 +10,7 @@
 #include "render/textures/texture_set.h"
 #include "render/raster/pass.h"
 #include "render/raster/shadow_grid.h"
+#include "render/raster/sun_heights.h"
 
 namespace render::raster {
 
@@ -43,6 +44,7 @@ class Rasterizer {
   /// Used where casts_rays(), and for corner_occlusion.
   ShadowGrid& shadow_grid() { return shadow_grid_; }
   LightGrid& light_grid() { return light_grid_; }
+  SunHeights& sun_heights() { return sun_heights_; }
   /// Sends the map where it has a new version. Returns the bytes sent.
   world::Result<uint64_t> follow_sun_map(const SunMap& map);
   /// Luminaires, media and how blocks scatter, where the world calls for them. Followed before draw().
@@ -53,6 +55,9 @@ class Rasterizer {
   uint64_t seed = 1;
   /// Bytes that one storage buffer binding may reach, at most the device's; tests lower it.
   uint64_t binding_limit = ~uint64_t{0};
+  /// Pictures are the triangles of what is seen in a constant colour, by the device's own edges, and nothing else: what
+  /// a benchmark holds others against.
+  bool bare = false;
   /// Of the next draw(): see Drawing.
   const MirrorPlane* behind = nullptr;
   const MirrorPicture* mirrored = nullptr;
@@ -70,6 +75,7 @@ class Rasterizer {
   world::Status open(const gpu::DeviceOptions& options);
   PassContext context() { return {*device_, bindings_, targets_, times_}; }
   world::Status fit_targets(int width, int height, const TargetNeeds& needs);
+  world::Status fill_textures(const TextureSet& textures);
   world::Status bind_shared(const Drawing& drawing);
   world::Status record(VkCommandBuffer commands, const Drawing& drawing);
   void record_read_back(VkCommandBuffer commands);
@@ -81,9 +87,11 @@ class Rasterizer {
   std::span<const ShapeQuad> quads_;
   ShadowGrid shadow_grid_;
   LightGrid light_grid_;
+  SunHeights sun_heights_;
   Lighting lighting_;
   gpu::Buffer texture_blocks_, texels_;
   uint64_t textures_version_ = 0;
+  bool textured_ = false;
   gpu::Buffer sun_map_;
   shared::SunMapFrame sun_map_frame_{};
   uint64_t sun_map_version_ = 0;

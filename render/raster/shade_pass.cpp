@@ -4,8 +4,33 @@
 #include <bit>
 
 #include "shade.comp.spv.h"
+#include "shade.frag.spv.h"
+#include "sun_rays.comp.spv.h"
+#include "whole.vert.spv.h"
 
 namespace render::raster {
+
+namespace {
+
+/// Groups along x, y and z, and how many pixels are put off.
+constexpr uint32_t kDispatchWords = 4;
+
+constexpr Access kFragmentReadWrite{VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_READ_BIT |
+                                                                                 VK_ACCESS_2_SHADER_SAMPLED_READ_BIT |
+                                                                                 VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT};
+
+/// Whether faces of shapes are few beside those of cubes: then they are put off, so that other pixels don't run through
+/// their shading.
+bool shapes_are_few(const Drawing& drawing) {
+  const auto records = [](const FacePool& pool) {
+    uint64_t sum = 0;
+    for (const PooledChunk& chunk : pool.chunks()) sum += chunk.count;
+    return sum;
+  };
+  return records(drawing.shapes) < records(*drawing.faces[0]) / 4;
+}
+
+}  // namespace
 
 std::vector<Constant> shading_constants(const Drawing& drawing) {
   const RenderKnobs& knobs = drawing.knobs;
@@ -31,47 +56,155 @@ PassKind ShadePass::kind() {
           []() -> std::unique_ptr<Pass> { return std::make_unique<ShadePass>(); }};
 }
 
+world::Status ShadePass::PixelList::fit(PassContext& context, uint64_t most) {
+  TRY_STATUS(context.fill(pixels, nullptr, most * sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                          gpu::MemoryUse::device));
+  return context.fill(
+      dispatch, nullptr, kDispatchWords * sizeof(uint32_t),
+      VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+      gpu::MemoryUse::readback);
+}
+
+uint32_t ShadePass::PixelList::count() const {
+  return reinterpret_cast<const uint32_t*>(dispatch.mapped())[kDispatchWords - 1];
+}
+
 world::Status ShadePass::prepare(PassContext& context, const Drawing& drawing, FrameReport&) {
-  std::vector<Constant> constants = shading_constants(drawing);
-  constants.push_back({kSpecShapes, !drawing.shapes.chunks().empty()});
-  constants.push_back({kSpecToImage, context.targets.colour.handle != VK_NULL_HANDLE});
-  Pipeline& pipeline = pipelines_[constants];
-  if (!pipeline) {
-    TRY(pipeline, make_compute(context.device, shade_comp_spv, constants));
+  const bool any_shapes = !drawing.shapes.chunks().empty();
+  const bool in_image = context.targets.colour.handle != VK_NULL_HANDLE;
+  const bool rays =
+      drawing.knobs.sun_shadow == SunShadow::ray && drawing.environment.sun_irradiance != world::Irradiance3{};
+  const bool few_shapes = in_image && any_shapes && shapes_are_few(drawing);
+  const std::vector<Constant> shading = shading_constants(drawing);
+  const auto with = [&](std::initializer_list<Constant> more) {
+    std::vector<Constant> all = shading;
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  };
+  const auto compute = [&](bool puts_off, bool put_off) -> world::Result<const Pipeline*> {
+    const auto all =
+        with({{kSpecShapes, any_shapes}, {kSpecToImage, in_image}, {kSpecPutsOff, puts_off}, {kSpecPutOff, put_off}});
+    Pipeline& made = pipelines_[all];
+    if (!made) {
+      TRY(made, make_compute(context.device, shade_comp_spv, all));
+    }
+    return &made;
+  };
+  const auto whole = [&](uint32_t part, VkCompareOp depth,
+                         std::initializer_list<Constant> more) -> world::Result<const Pipeline*> {
+    auto all = with(more);
+    all.push_back({kSpecShadedPart, part});
+    Pipeline& made = pipelines_[all];
+    if (!made) {
+      TRY(made,
+          make_graphics(
+              context.device, whole_vert_spv, shade_frag_spv,
+              {.colour = {kColourFormat}, .depth = kDepthFormat, .depth_write = false, .depth_compare = depth}, all));
+    }
+    return &made;
+  };
+  bands_ = sky_ = surfaces_ = sun_rays_pipeline_ = put_off_pipeline_ = nullptr;
+  if (in_image) {
+    // Depth is reversed, and 0 where nothing is seen.
+    TRY(sky_, whole(kShadedSky, VK_COMPARE_OP_EQUAL, {}));
+    TRY(surfaces_,
+        whole(kShadedSurfaces, VK_COMPARE_OP_LESS,
+              {{kSpecShapes, any_shapes && !few_shapes}, {kSpecShapesPutOff, few_shapes}, {kSpecPutsOff, rays}}));
+    if (rays) {
+      const auto all = with({{kSpecShapes, any_shapes}});
+      Pipeline& made = ray_pipelines_[all];
+      if (!made) {
+        TRY(made, make_compute(context.device, sun_rays_comp_spv, all));
+      }
+      sun_rays_pipeline_ = &made;
+    }
+  } else {
+    TRY(bands_, compute(rays, false));
   }
-  pipeline_ = &pipeline;
+  if (rays || few_shapes) {
+    TRY(put_off_pipeline_, compute(false, true));
+  }
+  const uint64_t pixels =
+      uint64_t{context.targets.extent().width} * std::min(context.targets.extent().height, context.targets.band_rows);
+  TRY_STATUS(put_off_.fit(context, put_off_pipeline_ ? pixels : 0));
+  TRY_STATUS(sun_rays_.fit(context, sun_rays_pipeline_ ? pixels : 0));
+  context.bindings.bind(kBindPutOff, put_off_.pixels);
+  context.bindings.bind(kBindPutOffDispatch, put_off_.dispatch);
+  context.bindings.bind(kBindSunRays, sun_rays_.pixels);
+  context.bindings.bind(kBindSunRaysDispatch, sun_rays_.dispatch);
   std::vector<vec4> materials;
   materials.reserve(drawing.shading.materials.size() * 2);
   for (const Shading::Material& m : drawing.shading.materials) {
     materials.emplace_back(m.albedo[0], m.albedo[1], m.albedo[2], 0);
     materials.emplace_back(m.emitted[0], m.emitted[1], m.emitted[2], 0);
   }
-  TRY_STATUS(
-      context.fill(materials_, materials.data(), materials.size() * sizeof(vec4), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
+  TRY_STATUS(context.fill_texels(materials_, VK_FORMAT_R32G32B32A32_SFLOAT, materials.data(),
+                                 materials.size() * sizeof(vec4)));
   context.bindings.bind(kBindMaterials, materials_);
   return {};
 }
 
 void ShadePass::record(VkCommandBuffer commands, PassContext& context, const Drawing&) {
   const Targets& targets = context.targets;
-  image_barrier(commands, targets.seen.handle, VK_IMAGE_ASPECT_COLOR_BIT, kColourReadWrite, kComputeRead);
-  const bool to_image = targets.colour.handle != VK_NULL_HANDLE;
-  const uint32_t height = targets.extent().height;
-  const uint32_t band_rows = to_image ? height : targets.band_rows;
-  const uint64_t row_bytes = sizeof(Rgb) * uint64_t{targets.extent().width};
-  for (uint32_t first = 0; first < height; first += band_rows) {
-    const uint32_t rows = std::min(band_rows, height - first);
-    if (!to_image) context.bindings.bind(kBindRadiance, targets.radiance, first * row_bytes, rows * row_bytes);
-    context.bindings.use(commands, *pipeline_);
-    pipeline_->push(commands, first);
-    vkCmdDispatch(commands, (targets.extent().width + kShadeGroup - 1) / kShadeGroup,
-                  (rows + kShadeGroup - 1) / kShadeGroup, 1);
+  const uint32_t height = targets.extent().height, width = targets.extent().width;
+  image_barrier(commands, targets.seen.handle, VK_IMAGE_ASPECT_COLOR_BIT, kColourReadWrite,
+                kComputeRead | kFragmentRead);
+  if (surfaces_) {
+    begin_put_off(commands);
+    image_barrier(commands, targets.depth.handle, VK_IMAGE_ASPECT_DEPTH_BIT, kDepthReadWrite, kDepthReadWrite);
+    const VkImageView colour = targets.colour.view;
+    begin_rendering(commands, targets, {&colour, 1}, targets.depth.view, false);
+    for (const Pipeline* part : {sky_, surfaces_}) {
+      context.bindings.use(commands, *part);
+      vkCmdDraw(commands, 3, 1, 0, 0);
+    }
+    vkCmdEndRendering(commands);
+    image_barrier(commands, targets.colour.handle, VK_IMAGE_ASPECT_COLOR_BIT, kColourReadWrite, kComputeReadWrite);
+    const uint32_t band[] = {0, height};
+    record_put_off(commands, context, band);
+    return;
   }
+  const uint64_t row_bytes = sizeof(Rgb) * uint64_t{width};
+  for (uint32_t first = 0; first < height; first += targets.band_rows) {
+    const uint32_t rows = std::min(targets.band_rows, height - first), band[] = {first, rows};
+    context.bindings.bind(kBindRadiance, targets.radiance, first * row_bytes, rows * row_bytes);
+    begin_put_off(commands);
+    context.bindings.use(commands, *bands_);
+    bands_->push(commands, band);
+    vkCmdDispatch(commands, (width + kShadeGroup - 1) / kShadeGroup, (rows + kShadeGroup - 1) / kShadeGroup, 1);
+    record_put_off(commands, context, band);
+  }
+}
+
+void ShadePass::begin_put_off(VkCommandBuffer commands) {
+  if (!put_off_pipeline_) return;
+  memory_barrier(commands, kComputeReadWrite | kIndirectRead, kClearWrite);
+  const uint32_t none[kDispatchWords] = {0, 1, 1, 0};
+  for (const PixelList* list : {&put_off_, &sun_rays_})
+    vkCmdUpdateBuffer(commands, list->dispatch.handle, 0, sizeof none, none);
+  memory_barrier(commands, kClearWrite, kComputeReadWrite | kFragmentReadWrite);
+}
+
+void ShadePass::record_put_off(VkCommandBuffer commands, PassContext& context, const uint32_t (&band)[2]) {
+  if (!put_off_pipeline_) return;
+  memory_barrier(commands, kComputeWrite | kFragmentReadWrite, kComputeReadWrite | kIndirectRead);
+  if (sun_rays_pipeline_) {
+    context.times.mark(commands, "sun_rays");
+    context.bindings.use(commands, *sun_rays_pipeline_);
+    vkCmdDispatchIndirect(commands, sun_rays_.dispatch.handle, 0);
+    memory_barrier(commands, kComputeWrite, kComputeReadWrite | kIndirectRead);
+  }
+  if (surfaces_) context.times.mark(commands, "shade_put_off");
+  context.bindings.use(commands, *put_off_pipeline_);
+  put_off_pipeline_->push(commands, band);
+  vkCmdDispatchIndirect(commands, put_off_.dispatch.handle, 0);
 }
 
 world::Status ShadePass::finish(PassContext& context, FrameReport& report) {
   const VkExtent2D extent = context.targets.extent();
   row_of(report, "shade").bytes = uint64_t{extent.width} * extent.height * sizeof(Rgb);
+  if (sun_rays_pipeline_) report.work.push_back({"sun_rays", sun_rays_.count()});
+  if (put_off_pipeline_ && surfaces_) report.work.push_back({"pixels_put_off", put_off_.count()});
   return {};
 }
 

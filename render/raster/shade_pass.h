@@ -1,4 +1,10 @@
-/// Turns what each pixel sees into radiance: one compute pass over bands of rows. Compiled for what a picture asks for.
+/// Turns what each pixel sees into radiance. Compiled for what a picture asks for.
+///
+/// The picture is shaded by a triangle over all of it: the test of depth parts the sky from surfaces, so that neither
+/// runs through the other's shader (software runs all branches of one for all of its lanes). Pixels of which the height
+/// map of the sun's rays doesn't say whether they are lit are shaded as lit and listed; a dispatch over them alone, all
+/// of whose lanes have a ray to cast, finds those in shadow, and these are shaded again. So are faces of shapes where
+/// they are few. A picture too large for an image is shaded in bands of rows by dispatches.
 #pragma once
 
 #include <map>
@@ -15,8 +21,20 @@ class ShadePass : public Pass {
   world::Status finish(PassContext& context, FrameReport& report) override;
 
  private:
-  std::map<std::vector<Constant>, Pipeline> pipelines_;
-  const Pipeline* pipeline_ = nullptr;
+  /// Pixels for a dispatch over them alone: shading/put_off.glsl.h.
+  struct PixelList {
+    gpu::Buffer pixels, dispatch;
+    world::Status fit(PassContext& context, uint64_t most);
+    uint32_t count() const;
+  };
+  void begin_put_off(VkCommandBuffer commands);
+  void record_put_off(VkCommandBuffer commands, PassContext& context, const uint32_t (&band)[2]);
+
+  std::map<std::vector<Constant>, Pipeline> pipelines_, ray_pipelines_;
+  // Of the picture: bands, or sky and surfaces; null where nothing is put off.
+  const Pipeline *bands_ = nullptr, *sky_ = nullptr, *surfaces_ = nullptr, *sun_rays_pipeline_ = nullptr,
+                 *put_off_pipeline_ = nullptr;
+  PixelList sun_rays_, put_off_;
   gpu::Buffer materials_;
 };
 

@@ -24,6 +24,7 @@ void write_region(const world::MaskRegion& region, uint32_t first_mask, uint32_t
     std::memcpy(out, &region.any[g], 8);
     std::memcpy(out + 2, &region.full[g], 8);
     out[4] = first_mask + mask;
+    std::fill(out + 5, out + kGroupWords, 0u);
     for (uint64_t mixed = region.any[g] & ~region.full[g]; mixed; mixed &= mixed - 1) {
       const int bit = std::countr_zero(mixed);
       const world::LeafPos leaf{static_cast<int32_t>(g >> 4) * 4 + (bit >> 4),
@@ -34,7 +35,9 @@ void write_region(const world::MaskRegion& region, uint32_t first_mask, uint32_t
   }
 }
 
-constexpr VkBufferUsageFlags kUsage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+world::Result<gpu::Buffer> make_texels(gpu::Device& device, uint64_t bytes, VkFormat format) {
+  return gpu::make_texel_buffer(device, bytes, format, VK_BUFFER_USAGE_TRANSFER_DST_BIT, gpu::MemoryUse::device);
+}
 
 }  // namespace
 
@@ -64,15 +67,16 @@ world::Result<uint64_t> ShadowGrid::rebuild(gpu::Device& device, const world::Ma
   const uint64_t table_bytes = uint64_t{table_size_} * sizeof(ivec4);
   const uint64_t group_bytes = regions.size() * kRegionWords * sizeof(uint32_t);
   const uint64_t mask_bytes = masks * sizeof(world::LeafMask);
-  const uint64_t limit = std::min<uint64_t>(binding_limit, device.limits().maxStorageBufferRange);
-  if (mask_bytes > limit || group_bytes > limit || table_bytes > limit)
+  const uint64_t texels = device.limits().maxTexelBufferElements;
+  const auto fits = [&](uint64_t size, uint64_t texel) { return size <= std::min(binding_limit, texels * texel); };
+  if (!fits(mask_bytes, 8) || !fits(group_bytes, 16) || !fits(table_bytes, 16))
     return world::Error{world::ErrorKind::usage, "the world is too large for the sun's shadow on this device (" +
                                                      std::to_string(mask_bytes >> 20) + " MiB of masks, at most " +
-                                                     std::to_string(limit >> 20) +
+                                                     std::to_string(std::min(binding_limit, texels * 8) >> 20) +
                                                      "); set sun_shadow to none or use the raycast backend"};
-  TRY(regions_, gpu::make_buffer(device, table_bytes, kUsage, gpu::MemoryUse::device));
-  TRY(groups_, gpu::make_buffer(device, group_bytes, kUsage, gpu::MemoryUse::device));
-  TRY(masks_, gpu::make_buffer(device, mask_bytes, kUsage, gpu::MemoryUse::device));
+  TRY(regions_, make_texels(device, table_bytes, VK_FORMAT_R32G32B32A32_SINT));
+  TRY(groups_, make_texels(device, group_bytes, VK_FORMAT_R32G32B32A32_UINT));
+  TRY(masks_, make_texels(device, mask_bytes, VK_FORMAT_R32G32_UINT));
 
   const uint64_t groups_at = table_bytes, masks_at = groups_at + (group_bytes + 63) / 64 * 64;
   TRY(const gpu::Buffer staging,

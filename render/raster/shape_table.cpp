@@ -43,8 +43,9 @@ world::Status ShapeTable::prepare(PassContext& context, const Drawing& drawing) 
     lit.emplace_back(sky.r / kPi, sky.g / kPi, sky.b / kPi, 0);
     lit.emplace_back(sun.r * factor, sun.g * factor, sun.b * factor, cosine > 0 ? 1.0f : 0.0f);
   }
-  TRY_STATUS(context.fill(quads_, quads.data(), quads.size() * sizeof(vec4), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
-  TRY_STATUS(context.fill(lit_, lit.data(), lit.size() * sizeof(vec4), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
+  constexpr VkFormat kFormat = VK_FORMAT_R32G32B32A32_SFLOAT;
+  TRY_STATUS(context.fill_texels(quads_, kFormat, quads.data(), quads.size() * sizeof(vec4)));
+  TRY_STATUS(context.fill_texels(lit_, kFormat, lit.data(), lit.size() * sizeof(vec4)));
   context.bindings.bind(kBindShapeQuads, quads_);
   context.bindings.bind(kBindShapeLit, lit_);
   return {};

@@ -7,7 +7,7 @@
 layout(constant_id = kSpecExactEdges) const bool kExactEdges = true;
 layout(constant_id = kSpecBlends) const bool kBlends = false;
 layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
-layout(binding = kBindShapeQuads, std430) readonly buffer Quads { vec4 quads[]; };
+layout(binding = kBindShapeQuads) uniform samplerBuffer quads;
 
 #include "render/raster/mirror.glsl.h"
 
@@ -22,17 +22,17 @@ const float kOverlap = 1e-5;
 void main() {
   if (kBlends && !chunk_shown(detail, floor(gl_FragCoord.xy))) discard;
   if (kExactEdges) {
-    const uint at = (seen.x & ~kSeenShape) * kQuadVectors;
+    const int at = int((seen.x & ~kSeenShape) * kQuadVectors);
     const vec3 ray = picture.corner.xyz + gl_FragCoord.x * picture.step_x.xyz + gl_FragCoord.y * picture.step_y.xyz;
-    const vec3 normal = quads[at + 3u].xyz;
+    const vec3 normal = texelFetch(quads, at + 3).xyz;
     const float t = dot(normal, corner) / dot(normal, ray);
     const vec3 place = t * ray - corner;
-    const vec2 on = vec2(dot(place, quads[at + 4u].xyz), dot(place, quads[at + 5u].xyz));
+    const vec2 on = vec2(dot(place, texelFetch(quads, at + 4).xyz), dot(place, texelFetch(quads, at + 5).xyz));
     if (!(t > 0.0) || any(lessThan(on, vec2(-kOverlap))) || any(greaterThan(on, vec2(1.0 + kOverlap)))) discard;
   }
   if (kClips) {
     const vec3 ray = picture.corner.xyz + gl_FragCoord.x * picture.step_x.xyz + gl_FragCoord.y * picture.step_y.xyz;
-    const vec3 normal = quads[(seen.x & ~kSeenShape) * kQuadVectors + 3u].xyz;
+    const vec3 normal = texelFetch(quads, int((seen.x & ~kSeenShape) * kQuadVectors) + 3).xyz;
     if (behind_mirror(dot(normal, corner) / dot(normal, ray) * ray)) discard;
   }
   seen_out = seen;

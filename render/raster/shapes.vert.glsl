@@ -6,21 +6,22 @@
 
 layout(constant_id = kSpecExactEdges) const bool kExactEdges = true;
 layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
-layout(binding = kBindFaces, std430) readonly buffer Faces { uvec2 faces[]; };
-layout(binding = kBindChunks, std430) readonly buffer Chunks { ivec4 chunks[]; };
-layout(binding = kBindShapeQuads, std430) readonly buffer Quads { vec4 quads[]; };
+layout(binding = kBindFaces) uniform usamplerBuffer faces;
+layout(binding = kBindChunks) uniform isamplerBuffer chunks;
+layout(binding = kBindShapeQuads) uniform samplerBuffer quads;
 
 layout(location = 0) flat out uvec2 seen;
 layout(location = 2) flat out uint detail;
 layout(location = 1) flat out vec3 corner;  // relative to the camera
 
 void main() {
-  const uvec2 record = faces[uint(gl_VertexIndex) >> 2];
-  const uint at = record.y * kQuadVectors;
-  const vec4 first = quads[at], along = quads[at + 3u];
-  const vec3 u = quads[at + 1u].xyz, v = quads[at + 2u].xyz;
-  const ivec3 voxel = chunks[gl_InstanceIndex].xyz + ivec3(face_voxel(record.x));
-  detail = uint(chunks[gl_InstanceIndex].w);
+  const uvec2 record = texelFetch(faces, gl_VertexIndex >> 2).xy;
+  const int at = int(record.y * kQuadVectors);
+  const vec4 first = texelFetch(quads, at), along = texelFetch(quads, at + 3);
+  const vec3 u = texelFetch(quads, at + 1).xyz, v = texelFetch(quads, at + 2).xyz;
+  const ivec4 chunk = texelFetch(chunks, gl_InstanceIndex);
+  const ivec3 voxel = chunk.xyz + ivec3(face_voxel(record.x));
+  detail = uint(chunk.w);
   seen = uvec2(kSeenShape | record.y, uint(gl_InstanceIndex) << kSeenChunkShift | (record.x & 0x3ffffu));
   corner = vec3(voxel) - picture.fraction.xyz - picture.fraction_rest.xyz + first.xyz;
 

@@ -28,6 +28,9 @@ SHARED_CONST uint kBindMirrored = 79;        // float[]  planar: the picture fro
 
 SHARED_CONST uint kBindLayerSorted = 80;  // uvec4[]  sorted: the two words of a record, and its chunk
 
+SHARED_CONST uint kBindLayerPixels = 81;    // uint[]   lists: x | y << 16 of the pixels that have a layer
+SHARED_CONST uint kBindLayerDispatch = 82;  // uint[4]  lists: the dispatch over them; how many
+
 SHARED_CONST uint kBlockUniform = 0x80000000u;
 SHARED_CONST uint kKindSolid = 0xffffu;  // what no ray sees through; air has the kind 0
 
@@ -36,9 +39,10 @@ SHARED_CONST uint kSpecRefraction = 65;       // by order of Refraction
 SHARED_CONST uint kSpecReflection = 66;       // by order of Reflection
 SHARED_CONST uint kSpecSortedRecords = 67;    // bool: faces are read from kBindLayerSorted
 SHARED_CONST uint kSpecAddsShown = 68;        // bool: the second of two passes
-SHARED_CONST uint kSpecClips = 69;       // bool: a picture in a mirror; light.yzw of the picture: axis, plane, side
-SHARED_CONST uint kSpecLayerMatte = 70;  // bool: the world holds sheets or partial coverage, which are lit
-SHARED_CONST uint kSpecBodies = 71;      // bool: the depth image says more than kBindSeen, there may be bodies
+SHARED_CONST uint kSpecClips = 69;         // bool: a picture in a mirror; light.yzw of the picture: axis, plane, side
+SHARED_CONST uint kSpecLayerMatte = 70;    // bool: the world holds sheets or partial coverage, which are lit
+SHARED_CONST uint kSpecBodies = 71;        // bool: the depth image says more than kBindSeen, there may be bodies
+SHARED_CONST uint kSpecListedPixels = 72;  // bool: lists: of the pixels that have a layer, else of all
 SHARED_CONST uint kRefractionNone = 0u, kRefractionScreen = 1u, kRefractionTraced = 2u;
 SHARED_CONST uint kReflectionNone = 0u, kReflectionScreen = 1u, kReflectionPlanar = 2u, kReflectionTraced = 3u;
 

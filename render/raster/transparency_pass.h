@@ -51,7 +51,6 @@ std::unique_ptr<LayerOrder> make_weighted_order();
 /// Specialisation constants of shaders that shade matte surfaces, and `more`.
 std::vector<Constant> layer_constants(const Drawing& drawing, const LayerDraws& draws,
                                       std::initializer_list<Constant> more = {});
-constexpr Access kClearWrite{VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT};
 
 /// Two triangles for each record.
 void fill_quad_indices(const gpu::Buffer& buffer, uint32_t records);

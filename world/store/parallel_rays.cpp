@@ -731,6 +731,12 @@ HWY_EXPORT(fill_block);
 
 constexpr size_t kMostBlocks = size_t{1} << 22;
 
+/// Of no map and no block before.
+uint64_t next_version() {
+  static std::atomic<uint64_t> last{0};
+  return last.fetch_add(1, std::memory_order_relaxed) + 1;
+}
+
 }  // namespace
 
 ParallelRays::ParallelRays(const RayStream& stream, const Vec3d& direction) : stream_(&stream), direction_(direction) {
@@ -746,6 +752,7 @@ void ParallelRays::frame_bounds() {
   for (size_t i = 0; i < block_count_; ++i) delete blocks_[i].load(std::memory_order_relaxed);
   blocks_.reset();
   block_count_ = 0;
+  version_ = next_version();
   const BrickVolume& bricks = stream_->bricks();
   if (!bricks.walkable()) return;
   Frame& f = frame_;
@@ -786,6 +793,7 @@ void ParallelRays::update(std::span<const LeafPos> dirty) {
   bool moved = !block_count_ || !bricks.walkable() || bricks.low() != frame_.low;
   for (int i = 0; i < 3; ++i) moved = moved || bricks.leaves_along()[frame_.axis[i]] * kLeafSize != frame_.size[i];
   if (moved) return frame_bounds();
+  version_ = next_version();
   for (const LeafPos& leaf : dirty) {
     const VoxelPos corner = voxel_from_leaf(leaf) - frame_.low;
     const int32_t main = corner[frame_.axis[0]];
@@ -810,6 +818,7 @@ const ParallelRays::Block& ParallelRays::block(int32_t u, int32_t v) const {
   if (const Block* held = slot.load(std::memory_order_acquire)) return *held;
   std::unique_ptr<Block> made(new Block);
   fill(*made, u, v);
+  made->version = next_version();
   // Another thread may have made the same one meanwhile.
   Block* held = nullptr;
   if (slot.compare_exchange_strong(held, made.get(), std::memory_order_acq_rel)) held = made.release();

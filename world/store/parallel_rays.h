@@ -50,6 +50,7 @@ class ParallelRays {
   static constexpr int kBlockCells = 64;
   struct Block {
     alignas(64) Cell cell[kBlockCells * kBlockCells];  // in tiles of 8 x 8
+    uint64_t version = 0;                              // another one whenever it is made anew
   };
   static constexpr int cell_in_block(int32_t u, int32_t v) {
     return (u & 56) << 6 | (v & 56) << 3 | (u & 7) << 3 | (v & 7);
@@ -68,10 +69,16 @@ class ParallelRays {
     int32_t blocks[2];
   };
 
+  /// For who keeps a copy of the map: whether there is one, where it lies, and a block of it, of frame().blocks, which
+  /// lives until the next update(). Another version whenever anything of it may have changed.
+  bool has_map() const { return block_count_ != 0; }
+  const Frame& frame() const { return frame_; }
+  const Block& block(int32_t u, int32_t v) const;
+  uint64_t version() const { return version_; }
+
  private:
   friend struct ParallelRaysKernel;
   void frame_bounds();
-  const Block& block(int32_t u, int32_t v) const;
   void fill(Block& block, int32_t u, int32_t v) const;
   template <class Ray>
   void cast(std::span<const Ray> rays, std::span<uint8_t> blocked, StreamReport* report) const;
@@ -79,6 +86,7 @@ class ParallelRays {
   const RayStream* stream_;
   Vec3d direction_;
   Frame frame_{};
+  uint64_t version_ = 0;
   size_t block_count_ = 0;  // 0: the bounds are too large or the direction unusable: the stream casts all
   std::unique_ptr<std::atomic<Block*>[]> blocks_;
 };

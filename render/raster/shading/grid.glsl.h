@@ -3,15 +3,17 @@
 #define LOAM_RENDER_RASTER_SHADING_GRID_GLSL_H
 #include "render/raster/shading/picture.glsl.h"
 
-layout(binding = kBindRegions, std430) readonly buffer Regions { ivec4 regions[]; };
-layout(binding = kBindGroups, std430) readonly buffer Groups { uint groups[]; };
-layout(binding = kBindMasks, std430) readonly buffer Masks { uint masks[]; };
+layout(binding = kBindRegions) uniform isamplerBuffer regions;
+layout(binding = kBindGroups) uniform usamplerBuffer groups;
+layout(binding = kBindMasks) uniform usamplerBuffer masks;
+layout(binding = kBindSunHeights) uniform usamplerBuffer sun_heights;
+layout(constant_id = kSpecPutsOff) const bool kPutsOff = false;
 
 /// The place of a region in `groups`, or -1 where all of it is clear.
 int find_region(ivec3 region) {
   const uint last = uint(picture.region_min.w);
   for (uint i = region_hash(region.x, region.y, region.z);; ++i) {
-    const ivec4 entry = regions[i & last];
+    const ivec4 entry = texelFetch(regions, int(i & last));
     if (entry.w == 0) return -1;
     if (entry.xyz == region) return entry.w - 1;
   }
@@ -21,18 +23,19 @@ int find_region(ivec3 region) {
 int clear_cube(ivec3 voxel, int region) {
   if (region < 0) return 128;
   const ivec3 leaf = voxel >> 3, g = leaf >> 2 & 3, l = leaf & 3, v = voxel & 7;
-  const uint at = (uint(region) * 64u + uint(g.x * 16 + g.y * 4 + g.z)) * kGroupWords;
+  const int at = 2 * (region * 64 + g.x * 16 + g.y * 4 + g.z);
   const uint bit = uint(l.x * 16 + l.y * 4 + l.z);
-  const uvec2 any = uvec2(groups[at], groups[at + 1u]);
+  const uvec4 group = texelFetch(groups, at);
+  const uvec2 any = group.xy, full = group.zw;
   if ((any.x | any.y) == 0u) return 32;
   if (((bit < 32u ? any.x : any.y) >> (bit & 31u) & 1u) == 0u) return 8;
-  const uvec2 full = uvec2(groups[at + 2u], groups[at + 3u]);
   if (((bit < 32u ? full.x : full.y) >> (bit & 31u) & 1u) != 0u) return 0;
   const uvec2 mixed = any & ~full;
   const uint below = (1u << (bit & 31u)) - 1u;
   const uint before = bit < 32u ? uint(bitCount(mixed.x & below)) : uint(bitCount(mixed.x) + bitCount(mixed.y & below));
   const uint index = uint(v.y * 8 + v.z);
-  const uint word = masks[(groups[at + 4u] + before) * 16u + uint(v.x) * 2u + (index >> 5)];
+  const uvec2 slice = texelFetch(masks, int(texelFetch(groups, at + 1).x + before) * 8 + v.x).xy;
+  const uint word = index < 32u ? slice.x : slice.y;
   return (word >> (index & 31u) & 1u) != 0u ? 0 : 1;
 }
 
@@ -43,32 +46,73 @@ bool clear_between(const ivec3 start, const vec3 fraction, const vec3 direction,
   const bvec3 up = greaterThanEqual(direction, vec3(0));
   const vec3 inverse = 1.0 / direction;
   ivec3 voxel = start, region = voxel >> 7;
-  int place = find_region(region);
-  for (int steps = 0; steps < 16384; ++steps) {
-    const int size = clear_cube(voxel, place);
-    if (size == 0) return false;
-    // Leave the clear cube by the nearest of its planes ahead.
-    const ivec3 low = voxel & ivec3(-size);
-    const ivec3 planes = low + mix(ivec3(0), ivec3(size), up);
-    vec3 t = (vec3(planes - start) - fraction) * inverse;
-    t = mix(t, vec3(1e30), equal(direction, vec3(0)));
-    const int axis = t.x <= t.y ? (t.x <= t.z ? 0 : 2) : (t.y <= t.z ? 1 : 2);
-    if (!(t[axis] < t_max)) return true;
-    voxel = clamp(start + ivec3(floor(fraction + t[axis] * direction)), low, low + (size - 1));
-    voxel[axis] = up[axis] ? planes[axis] : planes[axis] - 1;
-    const ivec3 next = voxel >> 7;
-    if (next != region) {
-      if (any(lessThan(next, picture.region_min.xyz)) || any(greaterThan(next, picture.region_max.xyz))) return true;
-      region = next;
-      place = find_region(region);
+  // A region at a time, so that its place is looked up once.
+  for (int regions_crossed = 0; regions_crossed < 4096; ++regions_crossed) {
+    const int place = find_region(region);
+    for (int steps = 0; steps < 16384; ++steps) {
+      const int size = clear_cube(voxel, place);
+      if (size == 0) return false;
+      // Leave the clear cube by the nearest of its planes ahead.
+      const ivec3 low = voxel & ivec3(-size);
+      const ivec3 planes = low + mix(ivec3(0), ivec3(size), up);
+      vec3 t = (vec3(planes - start) - fraction) * inverse;
+      t = mix(t, vec3(1e30), equal(direction, vec3(0)));
+      const int axis = t.x <= t.y ? (t.x <= t.z ? 0 : 2) : (t.y <= t.z ? 1 : 2);
+      if (!(t[axis] < t_max)) return true;
+      voxel = clamp(start + ivec3(floor(fraction + t[axis] * direction)), low, low + (size - 1));
+      voxel[axis] = up[axis] ? planes[axis] : planes[axis] - 1;
+      if (voxel >> 7 != region) break;
     }
+    region = voxel >> 7;
+    if (any(lessThan(region, picture.region_min.xyz)) || any(greaterThan(region, picture.region_max.xyz))) return true;
   }
   return true;
 }
 
+/// What the height map says of the ray to the sun from a point of a voxel: 1: nothing is on it, 0: something is, -1: it
+/// must be cast, up to t_max. As cast_piece() of world/store/parallel_rays.cpp.
+int sun_look(const ivec3 start, const vec3 fraction, out float t_max) {
+  t_max = 1e30;
+  const int axis = picture.sun_cells.z & 3;
+  const bool down = picture.sun_cells.z >= 4;
+  const ivec3 from = start - picture.camera_voxel.xyz;
+  const vec3 at = vec3(from) + fraction;
+  const int from_main = axis == 0 ? from.x : axis == 1 ? from.y : from.z;
+  const float at_main = axis == 0 ? at.x : axis == 1 ? at.y : at.z;
+  const vec2 across = axis == 0 ? at.yz : axis == 1 ? at.xz : at.xy;
+  const float along = down ? 1.0 - at_main : at_main;
+  const int k = picture.sun_cells.w + (down ? -from_main : from_main);
+  const ivec2 cell = ivec2(floor(across + picture.sun_slope.zw - picture.sun_slope.xy * along)) + picture.sun_base.xy;
+  const ivec2 block = cell >> 6;
+  uint says = 0u;
+  if (all(greaterThanEqual(block, ivec2(0))) && all(lessThan(block, picture.sun_cells.xy)))
+    says = texelFetch(sun_heights, (block.x * picture.sun_cells.y + block.y << 12) | (cell.x & 56) << 6 |
+                                       (cell.y & 56) << 3 | (cell.x & 7) << 3 | (cell.y & 7))
+               .r;
+  // So far off floats don't tell cells apart.
+  if (picture.sun_cells.x == 0 || any(greaterThan(abs(from), ivec3(8192)))) return -1;
+  const int end = int(says & 0xffffu), shut = int(says >> 16);
+  if (k >= end) return 1;
+  if (max(k, 0) < shut) return 0;
+  // Behind the last slab in which anything is set the ray is free.
+  const float main = axis == 0 ? fraction.x : axis == 1 ? fraction.y : fraction.z;
+  const float slope = axis == 0 ? picture.sun.x : axis == 1 ? picture.sun.y : picture.sun.z;
+  t_max = (float(end - k) - (down ? 1.0 - main : main)) / abs(slope);
+  return -1;
+}
+
+/// Set where a ray to the sun is put off; the point is taken as lit.
+bool sun_is_open = false;
+
 /// Whether nothing opaque lies between a point of a voxel and the sun.
 bool sun_visible(const ivec3 start, const vec3 fraction) {
-  return clear_between(start, fraction, picture.sun.xyz, 1e30);
+  float t_max;
+  const int says = sun_look(start, fraction, t_max);
+  if (kPutsOff) {
+    sun_is_open = sun_is_open || says < 0;
+    return says != 0;
+  }
+  return says < 0 ? clear_between(start, fraction, picture.sun.xyz, t_max) : says > 0;
 }
 
 #endif

@@ -9,6 +9,9 @@ layout(constant_id = kSpecInterpolation) const uint kInterpolation = 0u;
 layout(constant_id = kSpecCornerOcclusion) const bool kCornerOcclusion = false;
 
 layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
-layout(binding = kBindMaterials, std430) readonly buffer Materials { vec4 materials[]; };
+layout(binding = kBindMaterials) uniform samplerBuffer materials;
+
+vec3 albedo_of(uint block) { return texelFetch(materials, int(2u * block)).rgb; }
+vec3 emission_of(uint block) { return texelFetch(materials, int(2u * block + 1u)).rgb; }
 
 #endif

@@ -4,35 +4,43 @@
 #include "render/extract/face_record.shared.h"
 #include "render/raster/shading/surface.glsl.h"
 
-layout(binding = kBindChunks, std430) readonly buffer Chunks { ivec4 chunks[]; };
-layout(binding = kBindShapeQuads, std430) readonly buffer Quads { vec4 quads[]; };
-layout(binding = kBindShapeLit, std430) readonly buffer ShapeLit { vec4 shape_lit[]; };
+layout(binding = kBindChunks) uniform isamplerBuffer chunks;
+layout(binding = kBindShapeQuads) uniform samplerBuffer quads;
+layout(binding = kBindShapeLit) uniform samplerBuffer shape_lit;
 
 /// Distance along the ray in its lengths; the face may lie beyond the view distance.
 float shape_distance(uvec2 seen, vec3 ray) {
-  const uint at = (seen.x & ~kSeenShape) * kQuadVectors;
-  const ivec3 voxel = chunks[seen.y >> kSeenChunkShift].xyz + ivec3(face_voxel(seen.y));
-  const vec3 corner = vec3(voxel) - picture.fraction.xyz - picture.fraction_rest.xyz + quads[at].xyz;
-  const vec3 normal = quads[at + 3u].xyz;
+  const int at = int((seen.x & ~kSeenShape) * kQuadVectors);
+  const ivec3 voxel = texelFetch(chunks, int(seen.y >> kSeenChunkShift)).xyz + ivec3(face_voxel(seen.y));
+  const vec3 corner = vec3(voxel) - picture.fraction.xyz - picture.fraction_rest.xyz + texelFetch(quads, at).xyz;
+  const vec3 normal = texelFetch(quads, at + 3).xyz;
   return dot(normal, corner) / dot(normal, ray);
 }
 
+/// The voxel of the world that the shape stands in, and a place in it; `hit`: relative to the camera.
+ivec3 shape_cell(uvec2 seen) {
+  return picture.camera_voxel.xyz + texelFetch(chunks, int(seen.y >> kSeenChunkShift)).xyz + ivec3(face_voxel(seen.y));
+}
+vec3 shape_fraction(ivec3 cell, vec3 hit) {
+  return clamp(hit + picture.fraction.xyz - vec3(cell - picture.camera_voxel.xyz), vec3(0), vec3(1));
+}
+
 vec3 shape_radiance(uvec2 seen, vec3 ray, float t) {
-  const uint at = (seen.x & ~kSeenShape) * kQuadVectors;
-  const ivec3 voxel = chunks[seen.y >> kSeenChunkShift].xyz + ivec3(face_voxel(seen.y));
-  const vec4 normal = quads[at + 3u];
-  const uint block = floatBitsToUint(quads[at + 1u].w);
-  uint lit = floatBitsToUint(quads[at].w);
+  const int at = int((seen.x & ~kSeenShape) * kQuadVectors);
+  const vec4 normal = texelFetch(quads, at + 3);
+  const uint block = floatBitsToUint(texelFetch(quads, at + 1).w);
+  uint lit = floatBitsToUint(texelFetch(quads, at).w);
   vec3 side = normal.xyz;
   if (floatBitsToInt(normal.w) == 6 && dot(normal.xyz, ray) > 0.0) lit += 1u, side = -side;
 
   const vec3 size = abs(side);
   const uint axis = size.x >= size.y && size.x >= size.z ? 0u : size.y >= size.z ? 1u : 2u;
   const uint face = axis * 2u + (side[axis] > 0.0 ? 1u : 0u);
-  const ivec3 cell = picture.camera_voxel.xyz + voxel;
-  const vec3 fraction = clamp(t * ray + picture.fraction.xyz - vec3(voxel), vec3(0), vec3(1));
-  bool visible = shape_lit[2u * lit + 1u].w != 0.0;
-  vec3 light = shape_lit[2u * lit].rgb;
+  const ivec3 cell = shape_cell(seen);
+  const vec3 fraction = shape_fraction(cell, t * ray);
+  const vec4 in_sun = texelFetch(shape_lit, int(2u * lit + 1u));
+  bool visible = in_sun.w != 0.0;
+  vec3 light = texelFetch(shape_lit, int(2u * lit)).rgb;
   if (kLight != kLightNone) {
     // The face that looks the same way, or any: they have the light of the cell.
     uint code = light_code(cell, face);
@@ -49,9 +57,9 @@ vec3 shape_radiance(uvec2 seen, vec3 ray, float t) {
   p.normal = side;
   p.to_eye = -normalize(ray);
   if (kSkyRays > 0u) light *= open_sky(p);
-  const vec3 emitted = materials[2u * block + 1u].rgb * quads[at + 2u].w;
+  const vec3 emitted = emission_of(block) * texelFetch(quads, at + 2).w;
   if (kBsdf) return emitted + scattered_light(p, scatterer_of(block), light, sun);
-  return materials[2u * block].rgb * (light + sun * shape_lit[2u * lit + 1u].rgb) + emitted;
+  return albedo_of(block) * (light + sun * in_sun.rgb) + emitted;
 }
 
 #endif

@@ -115,7 +115,7 @@ vec3 face_radiance(const FacePoint p) {
   at.normal[axis] = positive ? 1.0 : -1.0;
   at.to_eye = p.to_eye;
   if (kSkyRays > 0u) lit *= open_sky(at);
-  const vec3 emitted = materials[2u * p.block + 1u].rgb;
+  const vec3 emitted = emission_of(p.block);
   float factor = 1.0;
   if (kTextures != kTextureOff && !p.bare) {
     ivec3 voxel = p.front;
@@ -125,7 +125,7 @@ vec3 face_radiance(const FacePoint p) {
       at.normal = textured_normal(p.block, voxel, face, p.fraction, p.step_x, p.step_y, at.normal);
   }
   if (!kBsdf) {
-    vec3 albedo = materials[2u * p.block].rgb;
+    vec3 albedo = albedo_of(p.block);
     if (kTextures != kTextureOff) albedo *= factor;
     vec3 sun_lit = picture.sun_lit[face].rgb;
     if (kTextures != kTextureOff && kNormalDetail != 0.0)

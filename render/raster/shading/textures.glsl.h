@@ -5,15 +5,15 @@
 
 layout(constant_id = kSpecTextures) const uint kTextures = 0u;
 layout(constant_id = kSpecAnisotropy) const uint kAnisotropy = 1u;
-layout(binding = kBindTextureBlocks, std430) readonly buffer TextureBlocks { uvec2 texture_blocks[]; };
-layout(binding = kBindTexels, std430) readonly buffer Texels { float texture_texels[]; };
-#define TEXTURE_TEXEL(i) texture_texels[i]
+layout(binding = kBindTextureBlocks) uniform usamplerBuffer texture_blocks;
+layout(binding = kBindTexels) uniform samplerBuffer texture_texels;
+#define TEXTURE_TEXEL(i) texelFetch(texture_texels, int(i)).r
 #include "render/textures/texture.shared.h"
 
 /// What a block's albedo is multiplied by at a place of a voxel's face. `step_x`, `step_y`: to the next pixels on its
 /// plane, m; zero where they aren't known.
 float texture_factor(uint block, ivec3 voxel, uint face, vec3 fraction, vec3 step_x, vec3 step_y) {
-  const uvec2 tiles = texture_blocks[block];
+  const uvec2 tiles = texelFetch(texture_blocks, int(block)).xy;
   if (tiles.x == 0u) return 1.0;
   const int axis = int(face >> 1);
   return 1.0 + uintBitsToFloat(tiles.y) * texture_value(tiles.x, kTextures, kAnisotropy, voxel, face,
@@ -25,7 +25,7 @@ layout(constant_id = kSpecNormalDetail) const float kNormalDetail = 0.0;
 
 /// TextureSet::normal()
 vec3 textured_normal(uint block, ivec3 voxel, uint face, vec3 fraction, vec3 step_x, vec3 step_y, vec3 flat_normal) {
-  const uvec2 tiles = texture_blocks[block];
+  const uvec2 tiles = texelFetch(texture_blocks, int(block)).xy;
   if (tiles.x == 0u) return flat_normal;
   const int axis = int(face >> 1);
   return texture_normal(tiles.x, kTextures, kAnisotropy, voxel, face, texture_place(axis, fraction),

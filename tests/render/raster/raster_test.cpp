@@ -199,6 +199,52 @@ TEST(HardCaseR9, AShadowGridBeyondTheDevicesLimitIsAnErrorThatSaysWhatToDo) {
   EXPECT_NE(drawn.error().message.find("sun_shadow"), std::string::npos) << drawn.error().message;
 }
 
+TEST(SunHeights, ChangeNoShadowWhereverTheSunStandsAndSpareRays) {
+  CheckedRaster mapped, cast;
+  cast->rasterizer().sun_heights().binding_limit = 0;
+  const RenderKnobs knobs = with(FaceEdges::exact, true, SunShadow::ray);
+  const auto rays = [](const Frame& frame) {
+    for (const EffectWork& w : frame.report.work)
+      if (w.name == "sun_rays") return w.work;
+    return uint64_t{0};
+  };
+  world::World w = hills();
+  const auto expect_equal = [&](const Camera& camera, const std::string& what) {
+    const Frame a = mapped.frame(w, camera, knobs), b = cast.frame(w, camera, knobs);
+    EXPECT_TRUE(equal_bits(a.image, b.image)) << what;
+    EXPECT_LT(rays(a), rays(b)) << what;
+  };
+  for (const Vec3d& sun : {Vec3d(0.3, 0.8, 0.2), Vec3d(-0.9, 0.2, 0.1), Vec3d(0.1, 0.3, -0.8), Vec3d(0.2, -0.6, 0.5)}) {
+    w.environment.sun_direction = glm::normalize(sun);
+    for (const size_t camera : {size_t{0}, size_t{2}})
+      expect_equal(hill_cameras()[camera].camera, std::to_string(sun.x) + " camera " + std::to_string(camera));
+  }
+  // They follow edits: a tower throws its shadow, and takes it along.
+  w.environment.sun_direction = glm::normalize(Vec3d(0.5, 0.6, 0.3));
+  for (const char* of : {"stone", "air"}) {
+    world::EditBatch batch;
+    batch.fill(box_at({}, {-20, 20, -20}, {-16, 50, -16}), of[0] == 'a' ? world::kAir : block(w, of));
+    apply(w, batch);
+    expect_equal(hill_cameras()[0].camera, of);
+  }
+}
+
+TEST(Rasterizer, BarePicturesHaveNoPassButThatOfFaces) {
+  CheckedRaster raster;
+  const world::World w = hills();
+  const Camera camera = hill_cameras()[0].camera;
+  RenderKnobs knobs;
+  knobs.transparency = Transparency::opaque;
+  const Frame whole = raster.frame(w, camera, knobs);
+  raster->draw_bare(true);
+  const Frame bare = raster.frame(w, camera, knobs);
+  EXPECT_EQ(bare.report.faces_drawn, whole.report.faces_drawn);
+  for (const PassReport& pass : bare.report.passes)
+    EXPECT_FALSE(pass.name.starts_with("shade") || pass.name.starts_with("transparency")) << pass.name;
+  raster->draw_bare(false);
+  EXPECT_TRUE(equal_bits(raster.frame(w, camera, knobs).image, whole.image));
+}
+
 TEST(HardCaseR11, ALostDeviceIsMadeAnewAndThePictureIsTheSame) {
   int until_loss = 0;
   bool always = false;

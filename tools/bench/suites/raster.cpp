@@ -2,6 +2,8 @@
 #include <cmath>
 
 #include "render/backend.h"
+#include "render/extract/extractor.h"
+#include "render/raster/raster.h"
 #include "tools/bench/benchmark.h"
 #include "world/scenes/scene.h"
 
@@ -23,7 +25,15 @@ Result<std::vector<render::Camera>> cameras(const world::World& valley) {
   return all;
 }
 
+/// The triangles of what is seen in a constant colour: what a picture costs at least.
+constexpr const char* kBare = "constant colour";
+
 Result<std::unique_ptr<render::Backend>> make_backend(const std::string& name) {
+  if (name == kBare) {
+    TRY(auto bare, render::make_raster({}));
+    bare->draw_bare(true);
+    return std::unique_ptr<render::Backend>(std::move(bare));
+  }
   for (const render::BackendInfo& info : render::backends())
     if (info.name == name) return info.make();
   return world::Error{world::ErrorKind::no_device, "this program has no backend " + name};
@@ -41,14 +51,18 @@ Result<std::function<double()>> frames_of(const world::World& valley, const std:
     const world::WorldView view(valley);
     if (last) *last = {};
     std::map<std::string, double> ms;
+    std::map<std::string, uint64_t> work;
     for (const render::Camera& camera : views) {
       const auto frame = backend->render(view, camera, knobs, kWidth, kHeight);
       if (!frame.ok()) return std::nan("");
       if (last) last->faces_drawn += frame->report.faces_drawn;
+      for (const render::EffectWork& w : frame->report.work) work[w.name] += w.work;
       for (const render::PassReport& pass : frame->report.passes) ms[pass.name] += pass.ms;
     }
     if (last)
       for (const auto& [name, sum] : ms) last->passes.push_back({name, sum, 0, 0});
+    if (last)
+      for (const auto& [name, sum] : work) last->work.push_back({name, sum});
     return static_cast<double>(views.size());
   });
 }
@@ -57,6 +71,7 @@ Result<std::function<double()>> frames_of(const world::World& valley, const std:
 std::map<std::string, double> counters_of(const render::FrameReport& report, double frames) {
   std::map<std::string, double> counters{{"faces_a_frame", static_cast<double>(report.faces_drawn) / frames}};
   for (const render::PassReport& pass : report.passes) counters[pass.name + "_ms"] = pass.ms / frames;
+  for (const render::EffectWork& w : report.work) counters[w.name] = static_cast<double>(w.work) / frames;
   return counters;
 }
 
@@ -98,17 +113,46 @@ Result<Prepared> prepare_plants(BenchContext&, bool edit) {
                   .counters = [=] { return counters_of(*report, 1); }};
 }
 
-Result<Prepared> prepare(BenchContext& context, world::Accuracy accuracy, float view_distance = 0) {
+Result<Prepared> prepare(BenchContext& context, world::Accuracy accuracy, float view_distance = 0,
+                         const std::string& rival = "raycast") {
   TRY(const world::World* valley, context.world("valley"));
   TRY(const std::vector<render::Camera> views, cameras(*valley));
   render::RenderKnobs knobs = render::render_knobs().preset(accuracy);
   if (view_distance > 0) knobs.view_distance = view_distance;
   const auto report = std::make_shared<render::FrameReport>();
   TRY(const auto raster, frames_of(*valley, views, "raster", knobs, report));
-  TRY(const auto raycast, frames_of(*valley, views, "raycast", knobs));
-  return Prepared{.ours = {"raster", raster}, .rivals = {{"raycast", raycast}}, .counters = [=] {
+  TRY(const auto other, frames_of(*valley, views, rival, knobs));
+  return Prepared{.ours = {"raster", raster}, .rivals = {{rival, other}}, .counters = [=] {
                     return counters_of(*report, static_cast<double>(views.size()));
                   }};
+}
+
+/// Faces drawn of those in the world, a frame; the counters say for what the others weren't.
+Result<Prepared> prepare_culling(BenchContext& context) {
+  TRY(const world::World* valley, context.world("valley"));
+  TRY(const std::vector<render::Camera> views, cameras(*valley));
+  const render::RenderKnobs knobs = render::render_knobs().preset(world::Accuracy::usual);
+  const auto report = std::make_shared<render::FrameReport>();
+  TRY(const auto raster, frames_of(*valley, views, "raster", knobs, report));
+  // With those into cavities that nothing outside sees.
+  render::Extractor all, open;
+  const world::WorldView view(*valley);
+  const render::ExtractReport of_all = all.rebuild(view, {.sealed_cavities = true}),
+                              of_open = open.rebuild(view, {.sealed_cavities = false});
+  const auto counters = [=] {
+    auto found = counters_of(*report, static_cast<double>(views.size()));
+    found["unit_faces_visible"] = static_cast<double>(of_all.faces);
+    found["unit_faces_into_cavities"] = static_cast<double>(of_all.faces - of_open.faces);
+    found["rectangles"] = static_cast<double>(of_all.quads);
+    found["rectangles_into_cavities"] = static_cast<double>(of_all.quads - of_open.quads);
+    return found;
+  };
+  return Prepared{.ours = {"raster",
+                           [=] {
+                             const double frames = raster();
+                             return static_cast<double>(report->faces_drawn) / frames;
+                           }},
+                  .counters = counters};
 }
 
 }  // namespace
@@ -130,6 +174,24 @@ void add_suite_raster(Registry& registry) {
                 .repetitions = 5,
                 .reach = Reach{30, "lavapipe on 2 cores: 30 frames/s"},
                 .prepare = [](BenchContext& c) { return prepare(c, world::Accuracy::usual, 256); }});
+  registry.add({.name = "valley_256m_least",
+                .what = "the same beside its triangles and pixels in a constant colour",
+                .unit = "frames/s",
+                .threads = 2,
+                .clock = Clock::wall,
+                .repetitions = 5,
+                .reach = Reach{0.5, "within 2x of the bare minimum", true},
+                .prepare = [](BenchContext& c) { return prepare(c, world::Accuracy::usual, 256, kBare); }});
+  registry.add(
+      {.name = "valley_faces",
+       .what = "rectangles drawn of the valley's a frame, accuracy usual; the counters say for what others were not",
+       .unit = "rectangles",
+       .better = Better::lower,
+       .timing = Timing::reported,
+       .threads = 2,
+       .clock = Clock::wall,
+       .repetitions = 1,
+       .prepare = prepare_culling});
   registry.add({.name = "plants_100k",
                 .what = "105,625 plants, each a shape of its own, all in the picture, 1280x720",
                 .unit = "frames/s",

@@ -1,0 +1,20 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_samplerless_texture_functions : require
+// Radiance of each pixel, over the whole picture: the test of depth lets the sky's through, or the others.
+#include "render/raster/shading/pixel.glsl.h"
+#include "render/raster/shading/put_off.glsl.h"
+
+layout(early_fragment_tests) in;
+layout(constant_id = kSpecShapesPutOff) const bool kShapesPutOff = false;
+layout(location = 0) out vec4 colour_out;
+
+void main() {
+  const uvec2 pixel = uvec2(gl_FragCoord.xy);
+  const uvec2 seen = kShadedPart == kShadedSky ? uvec2(0) : texelFetch(seen_image, ivec2(pixel), 0).xy;
+  const bool shape = kShapesPutOff && (seen.x & kSeenShape) != 0u;
+  colour_out = vec4(pixel_radiance(pixel, shape ? uvec2(0) : seen), 1);
+  const uint place = pixel.y * uint(picture.screen.x) + pixel.x;
+  if (kPutsOff && sun_is_open && !shape) list_sun_ray(place);
+  if (kShapesPutOff && shape) put_pixel_off(place);
+}
