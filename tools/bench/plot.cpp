@@ -31,7 +31,7 @@ std::string xml_text(const std::string& text) {
 
 namespace {
 
-constexpr double kWidth = 960, kHeight = 640, kLeft = 80, kRight = 760, kTop = 60, kBottom = 570;
+constexpr double kWidth = 990, kHeight = 640, kLeft = 80, kRight = 760, kTop = 60, kBottom = 570;
 // Okabe and Ito's colours, which stay apart for most colour-blind readers.
 constexpr const char* kColours[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"};
 

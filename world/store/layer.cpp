@@ -262,12 +262,33 @@ VoxelBox GridLayer<T>::bounds() const {
 
 template <class T>
 void GridLayer<T>::read_cube(VoxelPos low, int size, T inactive, std::span<T> values) const {
-  typename Grid::Type::ConstUnsafeAccessor reader(grid_->grid->tree());
-  size_t i = 0;
-  for (int x = 0; x < size; ++x)
-    for (int y = 0; y < size; ++y)
-      for (int z = 0; z < size; ++z, ++i)
-        if (!reader.probeValue(coord(low + VoxelPos{x, y, z}), values[i])) values[i] = inactive;
+  // Leaf by leaf: a look for each voxel took three times as long.
+  const auto& tree = grid_->grid->constTree();
+  const VoxelPos high = low + VoxelPos{size - 1, size - 1, size - 1};
+  const LeafPos first = leaf_from_voxel(low), last = leaf_from_voxel(high);
+  for (int lx = first.x; lx <= last.x; ++lx)
+    for (int ly = first.y; ly <= last.y; ++ly)
+      for (int lz = first.z; lz <= last.z; ++lz) {
+        const VoxelPos corner = voxel_from_leaf({lx, ly, lz});
+        const LeafOf<T>* leaf = tree.probeConstLeaf(coord(corner));
+        T tile{};
+        if (!leaf && !tree.probeValue(coord(corner), tile)) tile = inactive;
+        const VoxelPos a{std::max(low.x, corner.x), std::max(low.y, corner.y), std::max(low.z, corner.z)};
+        const VoxelPos b{std::min(high.x, corner.x + 7), std::min(high.y, corner.y + 7),
+                         std::min(high.z, corner.z + 7)};
+        for (int x = a.x; x <= b.x; ++x)
+          for (int y = a.y; y <= b.y; ++y) {
+            T* out = &values[static_cast<size_t>(((x - low.x) * size + y - low.y) * size + a.z - low.z)];
+            if (!leaf) {
+              std::fill(out, out + (b.z - a.z + 1), tile);
+              continue;
+            }
+            const auto row = static_cast<openvdb::Index>(index_in_leaf({x, y, a.z}));
+            const T* in = leaf->buffer().data() + row;
+            for (openvdb::Index n = 0; n <= static_cast<openvdb::Index>(b.z - a.z); ++n)
+              out[n] = leaf->isValueOn(row + n) ? in[n] : inactive;
+          }
+      }
 }
 
 template <class T>

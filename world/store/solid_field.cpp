@@ -33,21 +33,24 @@ bool SolidField::read(LeafPos leaf, Values& values) const {
   const LeafMask* masks[8];
   for (int i = 0; i < 8; ++i)
     masks[i] = blocks_ ? &blocks_->leaf(leaf + LeafPos{i & 1, i >> 1 & 1, i >> 2}) : &kNoneMask;
-  bool any_inside = false, any_outside = false;
-  size_t at = 0;
+  const bool fog = field_->fog();
+  uint32_t inside = 0;
   for (int x = 0; x < kAlong; ++x)
-    for (int y = 0; y < kAlong; ++y)
+    for (int y = 0; y < kAlong; ++y) {
+      const auto row = [&](int z) { return masks[x >> 3 | (y >> 3) << 1 | z << 2]->word[x & 7] >> 8 * (y & 7) & 0xff; };
+      const auto bits = static_cast<uint32_t>(row(0) | (row(1) & 1) << 8);
+      const float* in = &cube[static_cast<size_t>(((x + 1) * Contours::kAlong + y + 1) * Contours::kAlong + 1)];
+      float* out = &values[static_cast<size_t>((x * kAlong + y) * kAlong)];
       for (int z = 0; z < kAlong; ++z) {
-        float value = cube[static_cast<size_t>(((x + 1) * Contours::kAlong + y + 1) * Contours::kAlong + z + 1)];
-        const bool block = masks[x >> 3 | (y >> 3) << 1 | (z >> 3) << 2]->test(index_in_leaf({x, y, z}));
+        const bool block = bits >> z & 1;
         // Thin fog is no block, so a block there contradicts nothing.
-        const bool contradicted = blocks_ && (value <= 0) != block && !(field_->fog() && block);
-        if (std::isnan(value) || contradicted) value = block ? -beyond : beyond;
-        value = std::clamp(value, -kFinite, kFinite);
-        (value <= 0 ? any_inside : any_outside) = true;
-        values[at++] = value;
+        const bool agree = !blocks_ || (in[z] <= 0) == block || (fog && block);
+        const float value = agree && !std::isnan(in[z]) ? in[z] : block ? -beyond : beyond;
+        out[z] = std::clamp(value, -kFinite, kFinite);
+        inside += out[z] <= 0;
       }
-  return any_inside && any_outside;
+    }
+  return inside > 0 && inside < kSamples;
 }
 
 std::vector<LeafPos> SolidField::leaves() const {
@@ -76,7 +79,7 @@ std::vector<LeafPos> crossed_leaves(const SolidField& field, std::vector<SolidFi
   std::vector<LeafPos> crossed;
   values.clear();
   // A batch at a time, so that what isn't crossed takes no memory.
-  constexpr size_t kBatch = 4096;
+  constexpr size_t kBatch = 256;
   std::vector<SolidField::Values> batch(std::min(kBatch, all.size()));
   std::vector<uint8_t> passes(batch.size());
   for (size_t first = 0; first < all.size(); first += kBatch) {

@@ -37,6 +37,34 @@ LeafMask some_mask(std::mt19937& rng) {
 
 constexpr LeafPos kPlaces[] = {{0, 0, 0}, {0, 0, 1}, {15, 15, 15}, {16, 0, 0}, {-1, -1, -1}, {600, -3, 511}};
 
+/// Cubes at any corner and of any size, over leaves, tiles and gaps.
+TYPED_TEST(GridLayers, ACubeIsReadAsItsVoxelsAre) {
+  using T = TypeParam;
+  std::mt19937 rng(11);
+  GridLayer<T> layer;
+  for (const LeafPos& place : kPlaces) {
+    LeafValues<T> values;
+    for (T& v : values) v = some_value<T>(rng);
+    layer.write_leaf(place, values, some_mask(rng));
+  }
+  layer.grid().grid->tree().addTile(1, openvdb::Coord(-16, 0, 0), T{7}, true);
+  constexpr T kInactive{-5};
+  for (int i = 0; i < 300; ++i) {
+    const int size = 1 + static_cast<int>(rng() % 20);
+    VoxelPos low = voxel_from_leaf(kPlaces[rng() % std::size(kPlaces)]);
+    for (int axis = 0; axis < 3; ++axis) low[axis] += static_cast<int>(rng() % 24) - 16;
+    std::vector<T> cube(static_cast<size_t>(size * size * size));
+    layer.read_cube(low, size, kInactive, cube);
+    size_t at = 0;
+    for (int x = 0; x < size; ++x)
+      for (int y = 0; y < size; ++y)
+        for (int z = 0; z < size; ++z) {
+          const VoxelPos v = low + VoxelPos{x, y, z};
+          ASSERT_EQ(cube[at++], layer.active(v) ? layer.get(v) : kInactive);
+        }
+  }
+}
+
 /// What is written a leaf at a time is what is read, by leaf and by voxel.
 TYPED_TEST(GridLayers, LeavesHoldWhatWasWrittenLast) {
   using T = TypeParam;
