@@ -6,7 +6,7 @@ namespace tools {
 
 void InhabitantRecords::take(const sim::Matter& matter, world::VoxelPos origin) {
   origin_ = origin;
-  particles_.clear(), bodies_.clear();
+  particles_.clear(), bodies_.clear(), bodies_way_.clear();
   if (const sim::Particles* particles = matter.particles()) {
     const world::VoxelPos from = particles->origin() - origin;
     const auto kinds = particles->kinds();
@@ -33,8 +33,23 @@ void InhabitantRecords::take(const sim::Matter& matter, world::VoxelPos origin) 
       bodies_.push_back({middle.x, middle.y, middle.z, half.x, half.y, half.z, {}});
       // Wood is 700 kg/m^3, stone 2600: the lighter, the paler and browner.
       const auto heavy = static_cast<float>(std::min(body.described.density / 3000, 1.0));
+      const world::WorldPoint from = sim::world_point(body.drawn_from);
+      bodies_way_.emplace_back(sim::world_point(body.box.min) - from);
       bodies_.back().albedo = {0.65f - 0.35f * heavy, 0.5f - 0.2f * heavy, 0.3f};
     }
+}
+
+render::Inhabitants InhabitantRecords::view_at(double part) {
+  const auto back = static_cast<float>(part - 1);
+  const float back_s = back * static_cast<float>(sim::kMatterTick.seconds());
+  particles_between_ = particles_, bodies_between_ = bodies_;
+  for (render::ParticleRecord& p : particles_between_)
+    p.x += back_s * p.velocity_x, p.y += back_s * p.velocity_y, p.z += back_s * p.velocity_z;
+  for (size_t i = 0; i < bodies_between_.size(); ++i) {
+    render::BodyRecord& b = bodies_between_[i];
+    b.x += back * bodies_way_[i].x, b.y += back * bodies_way_[i].y, b.z += back * bodies_way_[i].z;
+  }
+  return {origin_, particles_between_, bodies_between_};
 }
 
 world::Result<std::unique_ptr<sim::Matter>> simulate_before(world::World& world, uint64_t ticks) {

@@ -15,11 +15,17 @@ class InhabitantRecords {
   void take(const sim::Matter& matter, world::VoxelPos origin);
   /// Valid until the next take().
   render::Inhabitants view() const { return {origin_, particles_, bodies_}; }
+  /// The same at a part of the way from the tick before to this one, [0, 1]. Valid until the next call, or take().
+  render::Inhabitants view_at(double part);
+  bool empty() const { return particles_.empty() && bodies_.empty(); }
 
  private:
   world::VoxelPos origin_;
   std::vector<render::ParticleRecord> particles_;
   std::vector<render::BodyRecord> bodies_;
+  std::vector<glm::vec3> bodies_way_;  // of each in the last tick, m
+  std::vector<render::ParticleRecord> particles_between_;
+  std::vector<render::BodyRecord> bodies_between_;
 };
 
 /// The world's matter after `ticks` more of them, written back into the world; null where none are asked for and no

@@ -451,17 +451,19 @@ void App::write_screenshot(Picture picture) {
   world::Scene scene;
   scene.name = game_->scene();
   const PlayState& state = game_->state();
+  render::RenderKnobs knobs = game_->picture.knobs;
+  knobs.exposure += static_cast<float>(picture.eye_ev);
   render::PictureText text =
-      picture_text(scene, "play", asked_camera_, game_->picture.knobs, game_->picture.backend, state.copied_hash);
+      picture_text(scene, "play", asked_camera_, knobs, game_->picture.backend, state.copied_hash);
   text["tick"] = std::to_string(state.tick);
   std::filesystem::path world = shot_.path;
   text["loam_world"] = world.replace_extension(".loam").filename().string();
-  world::Status written = write_picture(shot_.path.string(), picture.linear, game_->picture.knobs, text);
+  world::Status written = write_picture(shot_.path.string(), picture.linear, knobs, text);
   std::string what = shot_.path.string();
   if (written.ok() && shot_.large) {
     std::filesystem::path exr = shot_.path;
     exr.replace_extension(".exr");
-    written = write_picture(exr.string(), picture.linear, game_->picture.knobs, text);
+    written = write_picture(exr.string(), picture.linear, knobs, text);
     what += " and .exr";
   }
   game_->say(written.ok() ? "picture: " + what : written.error().message);
@@ -640,7 +642,7 @@ void App::do_command(const ConsoleCommand& command) {
   if (const auto* go = std::get_if<GoTo>(&command)) game.go_to(go->place);
   if (const auto* time = std::get_if<TimeOfDay>(&command)) game.set_time_of_day(time->hours);
   if (const auto* set = std::get_if<SetKnob>(&command)) {
-    const world::Status done = render::render_knobs().set(game.picture.knobs, set->name, set->value);
+    const world::Status done = game.set_knob(set->name, set->value);
     console_.print(done.ok() ? set->name + " = " + set->value : done.error().message);
   }
   if (const auto* fill = std::get_if<FillBox>(&command))

@@ -35,33 +35,6 @@ Vec3d forward_of(double yaw, double pitch) {
 
 }  // namespace
 
-Vec3d sun_at(double hours) {
-  const double turn = (hours - 12) / 24 * 2 * kPi;
-  constexpr double kHighest = 60 * kPi / 180;
-  return glm::normalize(
-      Vec3d(-std::sin(turn), std::cos(turn) * std::sin(kHighest), std::cos(turn) * std::cos(kHighest)));
-}
-
-world::Environment environment_at(const world::Environment& day, double hours) {
-  world::Environment now = day;
-  now.sun_direction = sun_at(hours);
-  const double height = now.sun_direction.y;
-  // Light of the sun passes 1 / height of the air's depth, blue goes first: optical depths as of a clear day.
-  const double air = 1 / std::max(height, 0.02);
-  const double up = std::clamp(height / 0.02, 0.0, 1.0);
-  const double noon = 1 / std::sin(60 * kPi / 180);
-  const auto passes = [&](double depth) { return static_cast<float>(up * std::exp(-depth * (air - noon))); };
-  now.sun_irradiance.r *= passes(0.04), now.sun_irradiance.g *= passes(0.09), now.sun_irradiance.b *= passes(0.2);
-  // The sky goes on through dusk: to 1/500 of the day's, a night that eyes can walk in.
-  const float sky =
-      static_cast<float>(std::clamp(0.002 + std::pow(std::clamp((height + 0.2) / 0.7, 0.0, 1.0), 2.0), 0.0, 1.0));
-  const float warm = static_cast<float>(std::exp(-std::pow(height / 0.15, 2.0)));
-  for (world::Radiance3* part : {&now.sky_zenith, &now.sky_horizon, &now.sky_ground})
-    part->r *= sky, part->g *= sky, part->b *= sky;
-  now.sky_horizon.r *= 1 + 1.2f * warm, now.sky_horizon.g *= 1 + 0.3f * warm;
-  return now;
-}
-
 world::Result<std::unique_ptr<Game>> Game::make(std::unique_ptr<PlayedWorld> played, const PlaySettings& settings,
                                                 const GameOptions& options) {
   std::unique_ptr<Game> game(new Game);
@@ -75,7 +48,8 @@ world::Result<std::unique_ptr<Game>> Game::make(std::unique_ptr<PlayedWorld> pla
   game->picture.backend = settings.backend;
   std::map<std::string, std::string> knobs = world.knobs;
   knobs.emplace("light_model", "flood_rgb");  // lamps shine, and caves are dark
-  for (const auto& [name, value] : settings.knobs) knobs[name] = value;
+  for (const auto& [name, value] : settings.knobs)
+    if (!is_of_moment(name)) knobs[name] = value;
   TRY(game->picture.knobs, resolve_knobs("usual", knobs, {}, {}));
   const Start start = start_of(world);
   game->yaw_ = start.yaw, game->pitch_ = start.pitch;
@@ -324,8 +298,23 @@ void Game::write_copy(const std::filesystem::path& path) {
 }
 
 void Game::set_time_of_day(double hours) {
-  hours_ = hours - 24 * std::floor(hours / 24);
-  environment = environment_at(world::Environment{}, hours_);
+  hours -= 24 * std::floor(hours / 24);
+  (void)set_knob("time_of_day", fmt::format("{:.3f}", hours)).ok();
+}
+
+world::Status Game::set_knob(const std::string& name, const std::string& value) {
+  TRY_STATUS(render::render_knobs().set(picture.knobs, name, value));
+  if (!is_of_moment(name)) return {};
+  if (other) other->knobs = at_moment_of(picture.knobs, other->knobs);
+  // Of the world, and kept with it.
+  PlayRequest request;
+  request.kind = PlayRequest::Kind::knob, request.name = name, request.value = value;
+  simulation_->ask(std::move(request));
+  return {};
+}
+
+void Game::set_accuracy(world::Accuracy accuracy) {
+  picture.knobs = at_moment_of(picture.knobs, render::render_knobs().preset(accuracy));
 }
 
 uint64_t Game::edit(EditBatch batch, const std::string& what) {
@@ -541,9 +530,9 @@ PictureRequest Game::picture_request(int width, int height) {
   if (other) {
     request.other = *other;
   } else if (view == ViewMode::error) {
-    request.other = {"raycast", render::render_knobs().preset(world::Accuracy::exact)};
+    request.other = {"raycast",
+                     at_moment_of(picture.knobs, render::render_knobs().preset(world::Accuracy::exact))};
     request.other.knobs.light_model = picture.knobs.light_model;
-    request.other.knobs.exposure = picture.knobs.exposure;
   } else {
     request.other = {picture.backend == "raster" ? "raycast" : "raster", picture.knobs};
   }

@@ -54,7 +54,10 @@ class Game {
   void ask(PlayRequest::Kind kind);
   void go_to(const world::WorldPoint& foot);
   void set_speed(int eighths);
-  void set_time_of_day(double hours);  // 0 .. 24: where the sun stands
+  void set_time_of_day(double hours);
+  /// Of pictures; those of the moment are saved with the world.
+  world::Status set_knob(const std::string& name, const std::string& value);
+  void set_accuracy(world::Accuracy accuracy);  // all others but those of the moment
   void save();
   void write_copy(const std::filesystem::path& path);
   void say(const std::string& sentence);
@@ -73,7 +76,6 @@ class Game {
   const std::string& name() const { return name_; }
   const std::string& scene() const { return scene_; }
   const std::filesystem::path& path() const { return path_; }
-  double hours() const { return hours_; }
   /// The voxels that the brush would change now: their bounds; empty where it would do nothing.
   world::VoxelBox brush_bounds() const;
   std::string brush_text() const;
@@ -135,14 +137,7 @@ class Game {
   };
   std::optional<Mirror> mirror_;
   uint64_t last_request_ = 0, messages_seen_ = 0;
-  double hours_ = 12;
   std::deque<Message> messages_;
 };
-
-/// Towards the sun at an hour of the day, 0 .. 24: it rises in the east (+x) at 6, stands in the south (+z) at 60
-/// degrees at 12, and sets at 18.
-world::Vec3d sun_at(double hours);
-/// Sun and sky of an environment at that hour: the noon's of `day`, dimmer and warmer as the sun sinks, dark at night.
-world::Environment environment_at(const world::Environment& day, double hours);
 
 }  // namespace tools

@@ -19,6 +19,7 @@ std::string shown(const std::string& value) { return value == "1e+09" ? "all" : 
 std::vector<KnobPanel::Cell> KnobPanel::cells(const render::RenderKnobs& now) const {
   std::vector<Cell> all;
   for (const auto& row : rows()) {
+    if (is_of_moment(row.name)) continue;
     std::vector<std::string> values = row.choices;
     if (values.empty()) values = {row.fast, row.usual, row.exact, row.get(now)};
     for (size_t i = 0; i < values.size(); ++i)
@@ -77,11 +78,7 @@ bool KnobPanel::draw(Game& game, const HudNumbers&, PlaySettings& settings, floa
   for (const auto& [name, accuracy] : {std::pair{"fast", world::Accuracy::fast},
                                        {"usual", world::Accuracy::usual},
                                        {"exact", world::Accuracy::exact}}) {
-    if (ImGui::Button(name)) {
-      const float exposure = game.picture.knobs.exposure;
-      game.picture.knobs = render::render_knobs().preset(accuracy);
-      game.picture.knobs.exposure = exposure;
-    }
+    if (ImGui::Button(name)) game.set_accuracy(accuracy);
     ImGui::SameLine();
   }
   for (const double budget : {16.0, 33.0}) {
@@ -97,7 +94,8 @@ bool KnobPanel::draw(Game& game, const HudNumbers&, PlaySettings& settings, floa
   if (ImGui::Button("keep")) {
     settings.knobs.clear();
     for (const auto& row : rows())
-      if (row.get(game.picture.knobs) != row.usual) settings.knobs[row.name] = row.get(game.picture.knobs);
+      if (!is_of_moment(row.name) && row.get(game.picture.knobs) != row.usual)
+        settings.knobs[row.name] = row.get(game.picture.knobs);
     fitted_ = "kept for all worlds";
   }
   if (!fitted_.empty()) ImGui::TextDisabled("%s", fitted_.c_str());
@@ -109,6 +107,7 @@ bool KnobPanel::draw(Game& game, const HudNumbers&, PlaySettings& settings, floa
     ImGui::TableHeadersRow();
     const std::vector<Cell> all = cells(game.picture.knobs);
     for (const auto& row : rows()) {
+      if (is_of_moment(row.name)) continue;
       ImGui::TableNextRow();
       ImGui::PushID(row.name.c_str());
       ImGui::TableNextColumn();

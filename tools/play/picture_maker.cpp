@@ -29,7 +29,23 @@ void put_rgba(const render::Image8& image, int from_x, int to_x, Picture& pictur
   }
 }
 
+std::array<float, 5> moment_of(const render::RenderKnobs& k) {
+  return {k.time_of_day, k.latitude, k.day_of_year, k.turbidity, k.moon ? 1.0f : 0.0f};
+}
+
 }  // namespace
+
+bool is_of_moment(std::string_view knob) {
+  for (const char* name : {"time_of_day", "latitude", "day_of_year", "turbidity", "moon", "exposure"})
+    if (knob == name) return true;
+  return false;
+}
+
+render::RenderKnobs at_moment_of(const render::RenderKnobs& from, render::RenderKnobs to) {
+  for (const auto& row : render::render_knobs().rows())
+    if (is_of_moment(row.name)) CHECK(render::render_knobs().set(to, row.name, row.get(from)).ok());
+  return to;
+}
 
 world::World copy_of(const world::World& from) {
   world::World copy(*from.palette);
@@ -133,11 +149,21 @@ void PictureMaker::follow(const PictureRequest& request, Picture& picture) {
   std::vector<world::LeafWrite> writes;
   writes.reserve(changes_.size());
   for (const auto& [leaf, values] : changes_) writes.push_back({leaf, values.data()});
+  const auto sky = render::sky_view(request.environment, request.settings.knobs, sky_);
+  stops_of_night_ = sky ? stops_of_night(*sky) : 0;
   const std::unique_lock lock(world_mutex_);
-  mirror_.environment = request.environment;
+  mirror_.environment = sky ? sky->environment : request.environment;
   version_ += writes.empty() ? 0 : 1;
   if (!writes.empty()) CHECK(mirror_.store.write_leaves(writes).ok());
   picture.mirror_ms = ms_since(start);
+}
+
+void PictureMaker::follow_inhabitants(bool stand_still) {
+  // Pictures that are compared show the same moment.
+  MatterTime time;
+  if (!stand_still && simulation_.take_inhabitants(inhabitants_, inhabitants_number_, time)) ++version_;
+  const double part = time.part(SimThread::now_s());
+  drawn_inhabitants_ = part < 1 && !inhabitants_.empty() ? inhabitants_.view_at(part) : inhabitants_.view();
 }
 
 world::Result<render::Backend*> PictureMaker::backend(const std::string& name) {
@@ -157,6 +183,7 @@ world::Result<render::Frame> PictureMaker::frame(const PictureSettings& settings
       request.mode == ViewMode::single || settings.knobs.light_model == request.settings.knobs.light_model;
   LightOfWorld& light = first ? light_ : other_light_;
   drawn_by->light = {};
+  drawn_by->inhabitants = drawn_inhabitants_;
   if (drawn_by->reads_light(mirror_, settings.knobs)) {
     TRY(drawn_by->light, light.follow(mirror_, request.camera.position, settings.knobs));
     picture.light_ms += ms_since(start);
@@ -174,19 +201,19 @@ void PictureMaker::measure(const PictureRequest& request, const render::Image& d
            r.camera.position.voxel == c.position.voxel && r.camera.position.fraction == c.position.fraction &&
            r.camera.forward == c.forward && r.camera.vertical_fov == c.vertical_fov &&
            r.backend == request.settings.backend && r.environment == request.environment &&
-           r.light_model == knobs.light_model && r.exposure == knobs.exposure;
+           r.light_model == knobs.light_model && r.moment == moment_of(knobs) && r.exposure == knobs.exposure;
   };
   if (!reference_ || !same(*reference_)) {
     PictureSettings exact = request.settings;
-    exact.knobs = render::render_knobs().preset(world::Accuracy::exact);
+    exact.knobs = at_moment_of(knobs, render::render_knobs().preset(world::Accuracy::exact));
     // What has no most exact setting stays as it is.
-    exact.knobs.light_model = knobs.light_model, exact.knobs.exposure = knobs.exposure;
+    exact.knobs.light_model = knobs.light_model;
     exact.knobs.light_transport = knobs.light_transport;
     auto made = frame(exact, request, picture);
     if (!made) return;
     reference_ =
         Reference{std::move(made->image), c, request.settings.backend, request.environment, version_, knobs.light_model,
-                  knobs.exposure};
+                  moment_of(knobs), knobs.exposure};
   }
   // Twice: what is derived for other settings is made by the first.
   auto other = frame(*request.measured, request, picture);
@@ -203,6 +230,7 @@ Picture PictureMaker::make(const PictureRequest& request) {
   picture.width = request.width, picture.height = request.height;
   picture.backend = request.settings.backend;
   follow(request, picture);
+  follow_inhabitants(request.measured.has_value());
   auto drawn = frame(request.settings, request, picture);
   if (!drawn) {
     picture.error = drawn.error().message;
@@ -210,7 +238,10 @@ Picture PictureMaker::make(const PictureRequest& request) {
   }
   picture.report = std::move(drawn->report);
   const auto display_start = Steady::now();
-  const render::Image8 shown = render::display_image(drawn->image, request.settings.knobs.exposure);
+  const float exposure = request.settings.knobs.exposure;
+  picture.eye_ev = eye_.adapt(drawn->image, exposure, stops_of_night_, SimThread::now_s());
+  const auto eye_ev = static_cast<float>(picture.eye_ev);
+  const render::Image8 shown = render::display_image(drawn->image, exposure + eye_ev);
   picture.rgba.resize(size_t{4} * static_cast<size_t>(request.width) * static_cast<size_t>(request.height));
   put_rgba(shown, 0, request.width, picture);
   picture.display_ms = ms_since(display_start);
@@ -221,7 +252,7 @@ Picture PictureMaker::make(const PictureRequest& request) {
       return picture;
     }
     picture.other_report = std::move(second->report);
-    const render::Image8 other = render::display_image(second->image, request.other.knobs.exposure);
+    const render::Image8 other = render::display_image(second->image, request.other.knobs.exposure + eye_ev);
     if (request.mode == ViewMode::split)
       put_rgba(other, std::clamp(static_cast<int>(request.split_at * request.width), 0, request.width), request.width,
                picture);

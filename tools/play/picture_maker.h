@@ -18,12 +18,18 @@
 #include "render/backend.h"
 #include "render/image/error_metrics.h"
 #include "tools/light.h"
+#include "tools/play/eye.h"
 #include "tools/play/sim_thread.h"
 
 namespace tools {
 
 /// Everything of a world that a picture can show.
 world::World copy_of(const world::World& from);
+
+/// Whether a knob says what there is to see, the hour and the weather, and not how it is drawn.
+bool is_of_moment(std::string_view knob);
+/// `to` with those knobs of `from`.
+render::RenderKnobs at_moment_of(const render::RenderKnobs& from, render::RenderKnobs to);
 
 /// What a picture is made by.
 struct PictureSettings {
@@ -53,6 +59,7 @@ struct Picture {
   double ms = 0;  // all of it
   double light_ms = 0, mirror_ms = 0, display_ms = 0;
   size_t light_bytes = 0;
+  double eye_ev = 0;  // stops that the eye opened, beyond the knob
   uint64_t applied = 0;  // requests of the simulation that it shows
   uint64_t number = 0;
   std::string backend;
@@ -93,6 +100,7 @@ class PictureMaker {
   Picture make(const PictureRequest& request);
   world::Result<render::Frame> frame(const PictureSettings& settings, const PictureRequest& request, Picture& picture);
   void follow(const PictureRequest& request, Picture& picture);
+  void follow_inhabitants(bool stand_still);
   world::Result<render::Backend*> backend(const std::string& name);
 
   world::World mirror_;
@@ -102,6 +110,9 @@ class PictureMaker {
   std::map<std::string, std::unique_ptr<render::Backend>> backends_;
   LightOfWorld light_, other_light_;
   LeafValuesMap changes_;
+  InhabitantRecords inhabitants_;
+  uint64_t inhabitants_number_ = 0;
+  render::Inhabitants drawn_inhabitants_;
   uint64_t pictures_ = 0;
   // The reference that is measured against, and what it was made for.
   struct Reference {
@@ -111,9 +122,13 @@ class PictureMaker {
     world::Environment environment;
     uint64_t version = 0;
     render::LightModel light_model{};
+    std::array<float, 5> moment{};
     float exposure = 0;
   };
   std::optional<Reference> reference_;
+  std::shared_ptr<const world::SkyLight> sky_;
+  double stops_of_night_ = 0;
+  Eye eye_;
   uint64_t version_ = 0;  // rises with each change of the mirror
 
   mutable std::shared_mutex world_mutex_;  // held alone while the mirror is changed

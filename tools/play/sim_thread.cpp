@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -93,6 +94,15 @@ uint64_t SimThread::take_changes(LeafValuesMap& into) {
   return state_.applied;
 }
 
+bool SimThread::take_inhabitants(InhabitantRecords& into, uint64_t& number, MatterTime& time) {
+  const std::lock_guard lock(mutex_);
+  time = state_.matter_time;
+  if (number == inhabitants_number_) return false;
+  number = inhabitants_number_;
+  std::swap(into, inhabitants_);
+  return true;
+}
+
 void SimThread::wait_for(uint64_t number, double seconds) const {
   std::unique_lock lock(mutex_);
   done_.wait_for(lock, std::chrono::duration<double>(seconds), [&] { return state_.applied >= number || stop_; });
@@ -106,6 +116,7 @@ void SimThread::say(std::string message) {
 
 void SimThread::do_request(PlayRequest& request) {
   using Kind = PlayRequest::Kind;
+  ticked_ = true;
   switch (request.kind) {
     case Kind::edit: {
       if (log_) log_->edit(request.edit, *played_->world().palette);
@@ -159,6 +170,9 @@ void SimThread::do_request(PlayRequest& request) {
       copied_hash_ = play_->matter().state_hash();
       break;
     }
+    case Kind::knob:
+      play_->keep_knob(request.name, request.value);
+      break;
     case Kind::look:
       yaw_ = request.yaw, pitch_ = request.pitch;
       break;
@@ -198,6 +212,7 @@ void SimThread::tick(int64_t elapsed_ns) {
     --waiting_steps_;
     if (log_) log_->matter();
     play_->step_matter();
+    ticked_ = true;
   }
   // What could not be done within a fifth of a second of the world's time is dropped: it lags, and nothing queues up.
   const int64_t most = std::max<int64_t>(4, matter_clock_.speed_eighths() / 2);
@@ -210,6 +225,10 @@ void SimThread::publish(bool all) {
   next.before = before_, next.now = play_->walker().state(), next.jumped = play_->walker().jumped();
   next.tick_begun_s = now_s() - walk_clock_.part() * kWalkTick.seconds();
   next.tick = play_->tick();
+  if (!matter_clock_.paused()) {
+    next.matter_time.tick_s = sim::kMatterTick.seconds() * 8 / matter_clock_.speed_eighths();
+    next.matter_time.due_s = now_s() - matter_clock_.part() * next.matter_time.tick_s;
+  }
   next.paused = matter_clock_.paused(), next.speed_eighths = matter_clock_.speed_eighths();
   next.settled = play_->matter().settled(), next.edited = play_->edited();
   next.awake_leaves = play_->matter().awake_leaves();
@@ -229,7 +248,14 @@ void SimThread::publish(bool all) {
     const world::LeafBlocks leaf = world.store.leaf(dirty[n]);
     for (int i = 0; i < world::kLeafVoxels; ++i) values[n][static_cast<size_t>(i)] = leaf[i];
   }
+  const bool ticked = std::exchange(ticked_, false);
+  if (ticked) next_inhabitants_.take(play_->matter(), next.now.foot.voxel);
   const std::lock_guard lock(mutex_);
+  if (ticked && (has_inhabitants_ || !next_inhabitants_.empty())) {
+    has_inhabitants_ = !next_inhabitants_.empty();
+    std::swap(inhabitants_, next_inhabitants_);
+    ++inhabitants_number_;
+  }
   for (size_t n = 0; n < dirty.size(); ++n) changes_[dirty[n]] = values[n];
   next.applied = state_.applied;
   next.copied_hash = copied_hash_;

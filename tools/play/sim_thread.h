@@ -5,6 +5,7 @@
 /// slowed and sped up; the player's goes on. Where ticks take longer than they last, time is dropped and counted.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <condition_variable>
 #include <memory>
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "sim/clock.h"
+#include "tools/inhabitants.h"
 #include "tools/play/play_log.h"
 #include "tools/play/simulation.h"
 #include "world/saves/session.h"
@@ -32,7 +34,7 @@ struct PlayedWorld {
 };
 
 struct PlayRequest {
-  enum class Kind { edit, undo, redo, back, step, mode, teleport, pause, speed, save, copy, look };
+  enum class Kind { edit, undo, redo, back, step, mode, teleport, pause, speed, save, copy, look, knob };
   Kind kind = Kind::edit;
   world::EditBatch edit = {};
   world::WorldPoint foot = {};         // teleport
@@ -40,7 +42,15 @@ struct PlayRequest {
   bool on = false;                     // pause
   int speed_eighths = 8;               // speed
   double yaw = 0, pitch = 0;           // save, copy, look: where the player looks
+  std::string name = {}, value = {};   // knob: of the world's pictures
   std::filesystem::path path = {};     // copy: where the whole world is written to, as it is
+};
+
+/// When the last tick of matter was due, by now_s(), and how long one lasts; 0: time stands.
+struct MatterTime {
+  double due_s = 0, tick_s = 0;
+  /// Of the way to that tick, at `now_s`: what moves is drawn a tick late, and smoothly.
+  double part(double now_s) const { return tick_s > 0 ? std::clamp((now_s - due_s) / tick_s, 0.0, 1.0) : 1; }
 };
 
 /// What there is to say of the simulation now.
@@ -50,6 +60,7 @@ struct PlayState {
   double tick_begun_s = 0;
   uint64_t tick = 0, applied = 0;  // of matter; requests done so far
   uint64_t copied_hash = 0;        // of the state that the last `copy` wrote
+  MatterTime matter_time;
   bool paused = false, settled = true, edited = false;
   int speed_eighths = 8;
   size_t awake_leaves = 0, undo_steps = 0, redo_steps = 0, history_bytes = 0, matter_bytes = 0, store_bytes = 0;
@@ -88,6 +99,8 @@ class SimThread {
   PlayState state() const;
   /// Leaves that changed since the last call, as they are now, by all requests up to the number that is returned.
   uint64_t take_changes(LeafValuesMap& into);
+  /// What lives among the blocks as of the last tick; false, and as before, where that is what `into` has already.
+  bool take_inhabitants(InhabitantRecords& into, uint64_t& number, MatterTime& time);
   /// Waits until the request is done, at most so long.
   void wait_for(uint64_t number, double seconds) const;
 
@@ -122,6 +135,9 @@ class SimThread {
   WalkInput input_;
   PlayState state_;
   LeafValuesMap changes_;
+  InhabitantRecords inhabitants_, next_inhabitants_;
+  uint64_t inhabitants_number_ = 0;
+  bool ticked_ = true, has_inhabitants_ = false;
   bool stop_ = false;
   std::thread thread_;
 };

@@ -38,6 +38,43 @@ std::optional<VoxelPos> ground_below(const world::World& world, VoxelPos v) {
   return std::nullopt;
 }
 
+/// The highest voxel of a column that isn't open, where it is ground: neither liquid, nor the crown of a tree.
+std::optional<int32_t> dry_top(const world::World& world, int32_t x, int32_t z, const world::VoxelBox& box) {
+  for (VoxelPos v{x, box.max.y, z}; v.y >= box.min.y; --v.y) {
+    const world::Block& block = (*world.palette)[world.store.get(v)];
+    if (block.phase == world::Phase::liquid) return std::nullopt;
+    if (is_open(world, v)) continue;
+    if (block.name.find("leaves") != std::string::npos || block.name.find("log") != std::string::npos)
+      return std::nullopt;
+    return v.y;
+  }
+  return std::nullopt;
+}
+
+/// Where a newcomer would like to stand: on dry ground under the open sky, level for 3 m around, as near to the middle
+/// as there is any; the voxel above it.
+std::optional<VoxelPos> clearing_of(const world::World& world) {
+  constexpr int kApart = 4, kLevel = 3, kSteps = 64;
+  const world::VoxelBox box = world.store.bounds();
+  if (box.empty()) return std::nullopt;
+  const VoxelPos middle{(box.min.x + box.max.x) / 2, 0, (box.min.z + box.max.z) / 2};
+  for (int ring = 0; ring <= kSteps; ++ring)
+    for (int i = -ring; i <= ring; ++i)
+      for (int j = -ring; j <= ring; j += ring > 0 && std::abs(i) < ring ? 2 * ring : 1) {
+        const VoxelPos at = middle + VoxelPos{i * kApart, 0, j * kApart};
+        const auto top = dry_top(world, at.x, at.z, box);
+        if (!top) continue;
+        bool level = true;
+        for (int dx = -kLevel; dx <= kLevel && level; dx += kLevel)
+          for (int dz = -kLevel; dz <= kLevel && level; dz += kLevel) {
+            const auto beside = dry_top(world, at.x + dx, at.z + dz, box);
+            level = beside && std::abs(*beside - *top) <= 1;
+          }
+        if (level) return VoxelPos{at.x, *top + 1, at.z};
+      }
+  return std::nullopt;
+}
+
 std::optional<Start> saved_start(const world::World& world) {
   const auto saved = world.metadata.find(kPlayerKey);
   if (saved == world.metadata.end()) return std::nullopt;
@@ -62,6 +99,14 @@ Start start_of(const world::World& world) {
   const world::VoxelBox box = world.store.bounds();
   WorldPoint eye{{(box.min.x + box.max.x) / 2, box.max.y, (box.min.z + box.max.z) / 2}, world::Vec3d(0.5)};
   if (box.empty()) eye = {{0, 2, 0}, world::Vec3d(0.5)};
+  if (world.cameras.empty())
+    if (const auto clearing = clearing_of(world)) {
+      s.foot = {*clearing, {0.5, 0, 0.5}};
+      // Looks over the middle, slightly down: ground and what is built on it are seen at once.
+      const VoxelPos way = eye.voxel - *clearing;
+      s.yaw = way.x == 0 && way.z == 0 ? 0 : std::atan2(way.x, -way.z), s.pitch = -0.15;
+      return s;
+    }
   if (!world.cameras.empty()) {
     // One that stands on the ground, where there is one.
     const world::CameraPlacement* camera = &world.cameras.front();
@@ -213,6 +258,11 @@ void PlaySimulation::set_mode(bool flies, bool passes) {
 
 void PlaySimulation::teleport(const WorldPoint& foot) {
   if (world::inside_world(foot.voxel)) walker_->teleport(foot);
+}
+
+void PlaySimulation::keep_knob(const std::string& name, const std::string& value) {
+  world_.knobs[name] = value;
+  edited_ = true;
 }
 
 uint64_t PlaySimulation::hash() { return world::hash_combine(matter_->state_hash(), walker_->hash()); }

@@ -33,6 +33,9 @@ class PlaySimulation {
   void set_mode(bool flies, bool passes);
   void teleport(const world::WorldPoint& foot);
 
+  /// Kept with the world, for its pictures.
+  void keep_knob(const std::string& name, const std::string& value);
+
   // ---- reading ----
   const sim::Matter& matter() const { return *matter_; }
   sim::Matter& matter() { return *matter_; }

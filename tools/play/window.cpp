@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <utility>
 
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
@@ -171,6 +172,10 @@ bool PlayWindow::minimized() const {
 
 void PlayWindow::begin_frame() {
   presenter_->begin_frame();
+  // What went up within the last frame, before this one begins: in the middle of one, keys and modifiers would disagree.
+  for (const int key : std::exchange(release_now_, std::exchange(released_, {})))
+    ImGui_ImplGlfw_KeyCallback(window_, key, 0, GLFW_RELEASE, 0);
+  pressed_.clear();
   ImGui_ImplGlfw_NewFrame();
   // While the mouse is captured nothing of the interface may see it.
   ImGuiIO& io = ImGui::GetIO();
@@ -179,8 +184,6 @@ void PlayWindow::begin_frame() {
   else
     io.ConfigFlags &= ~(ImGuiConfigFlags_NoMouse | ImGuiConfigFlags_NoMouseCursorChange);
   ImGui::NewFrame();
-  for (const int key : released_) ImGui_ImplGlfw_KeyCallback(window_, key, 0, GLFW_RELEASE, 0);
-  pressed_.clear(), released_.clear();
 }
 
 world::Status PlayWindow::end_frame() {

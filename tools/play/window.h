@@ -76,7 +76,7 @@ class PlayWindow {
   bool focused_ = true, captured_ = false, full_screen_ = false, has_interface_ = false, vertical_sync_ = true;
   int losses_ = 0;
   // A key that goes down and up within one frame must still be seen by the interface, which looks once a frame.
-  std::vector<int> pressed_, released_;
+  std::vector<int> pressed_, released_, release_now_;
   double mouse_x_ = 0, mouse_y_ = 0;
   bool mouse_known_ = false;
   int window_x_ = 0, window_y_ = 0, window_width_ = 0, window_height_ = 0;

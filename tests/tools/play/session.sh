@@ -71,6 +71,12 @@ xdotool key ctrl+z
 claim "and takes it away" until_is undo 0
 xdotool key ctrl+y
 claim "Ctrl+Y places it again" until_is undo 1
+xdotool key slash
+claim "/ opens the console" until_is over 2
+xdotool type --delay 3 "give oak_log"
+xdotool key Return Escape
+claim "  and what is typed there is done" until_is in_hand '"oak_log"'
+xdotool key 2
 xdotool key q
 claim "Q pours water" until_is undo 2
 xdotool key p

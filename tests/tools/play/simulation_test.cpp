@@ -7,6 +7,7 @@
 
 #include "tests/support.h"
 #include "tools/play/brush.h"
+#include "tools/play/picture_maker.h"
 #include "tools/play/play_log.h"
 #include "tools/play/sim_thread.h"
 #include "tools/play/simulation.h"
@@ -257,6 +258,26 @@ TEST(PlayLog, ASessionRepeatsToTheSameHash) {
   EXPECT_FALSE(replay_play(*log)->equal);
 }
 
+// ---- where it begins ----
+
+TEST(Start, OfANewWorldIsOnDryLevelGroundUnderTheSky) {
+  for (const char* generator : {"valley", "flat"})
+    for (const uint64_t seed : {1, 2, 7}) {
+      auto opened = open_world(
+          {.scene = {}, .generator = generator, .name = "new", .seed = seed, .size = {256, 192, 256}, .keep = false});
+      ASSERT_TRUE(opened.ok()) << opened.error().message;
+      const world::World& world = opened->played->world();
+      const Start start = start_of(world);
+      EXPECT_FALSE(start.flies) << generator << seed;
+      const VoxelPos v = start.foot.voxel;
+      const world::Phase below = (*world.palette)[world.store.get(v - VoxelPos{0, 1, 0})].phase;
+      EXPECT_TRUE(below == world::Phase::solid || below == world::Phase::granular) << generator << seed;
+      for (int y = 0; y < 192; ++y)
+        EXPECT_NE((*world.palette)[world.store.get(v + VoxelPos{0, y, 0})].phase, world::Phase::liquid)
+            << generator << seed;
+    }
+}
+
 // ---- the thread ----
 
 TEST(SimThread, EditsAreDoneAtOnceAlsoWhileTimeStands) {
@@ -289,6 +310,101 @@ TEST(SimThread, EditsAreDoneAtOnceAlsoWhileTimeStands) {
   EXPECT_TRUE(thread.stop(0, 0).ok());
 }
 
+/// A crate of 2 m in the air or not, and rain behind it or not, as a window would show them.
+struct Inhabited : ::testing::TestWithParam<const char*> {
+  static Picture picture(bool crate, bool rain) {
+    auto played = std::make_unique<PlayedWorld>();
+    played->own = std::make_unique<world::World>(small_world());
+    world::SimulationRequest& asked = played->own->simulation;
+    if (crate) asked.bodies.push_back({.name = "crate", .position = {{32, 8, 32}, {0, 0, 0}}, .size = {2, 2, 2}});
+    if (rain) asked.particles.push_back({.kind = "smoke", .box = {{26, 9, 26}, {38, 12, 30}}, .per_s = 20000, .brings = {}});
+    auto thread = std::move(*SimThread::make(std::move(played), {}));
+    world::World mirror = copy_of(thread->played().world());
+    thread->start();
+    PlayRequest step;
+    step.kind = PlayRequest::Kind::step;
+    uint64_t last = 0;
+    for (int n = 0; n < 4; ++n) last = thread->ask(step);
+    thread->wait_for(last, 20);
+    PictureMaker maker(std::move(mirror), *thread);
+    PictureRequest request;
+    request.camera.position = {{32, 9, 40}, {0, 0.5, 0}};
+    request.camera.forward = {0, 0, -1};
+    request.environment = world::Environment{};
+    request.settings.backend = GetParam();
+    request.width = 64, request.height = 48;
+    maker.begin(request);
+    auto made = maker.take(60);
+    EXPECT_TRUE(made && made->error.empty());
+    return made ? std::move(*made) : Picture{};
+  }
+  static size_t different(const Picture& a, const Picture& b) {
+    size_t count = 0;
+    for (size_t i = 0; i < a.rgba.size(); i += 4) count += std::equal(&a.rgba[i], &a.rgba[i + 3], &b.rgba[i]) ? 0 : 1;
+    return count;
+  }
+};
+
+TEST_P(Inhabited, PicturesOfTheWindowShowBodiesAndParticles) {
+  const Picture empty = picture(false, false);
+  ASSERT_EQ(empty.rgba.size(), size_t{64} * 48 * 4);
+  EXPECT_EQ(different(picture(false, false), empty), 0u);
+  // 2 m across, 7 m away: 64 pixels are 14 m there or less.
+  const size_t crate = different(picture(true, false), empty);
+  EXPECT_GT(crate, 50u);
+  EXPECT_LT(crate, 400u);
+  EXPECT_GT(different(picture(false, true), empty), 50u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Backends, Inhabited, ::testing::Values("raster", "raycast"),
+                         [](const auto& backend) { return std::string(backend.param); });
+
+TEST(InhabitantRecords, StandBetweenTheLastTwoTicks) {
+  world::World world = small_world();
+  world.simulation.bodies.push_back({.name = "crate", .position = {{32, 40, 32}, {0, 0, 0}}, .velocity = {8, 0, 0}});
+  world.simulation.particles.push_back(
+      {.kind = "smoke", .box = {{20, 30, 20}, {20, 30, 20}}, .per_s = 20, .velocity = {0, 3, 0}, .brings = {}});
+  auto play = std::move(*PlaySimulation::make(world));
+  for (int n = 0; n < 3; ++n) play->step_matter();
+  InhabitantRecords records;
+  records.take(play->matter(), {0, 0, 0});
+  const render::BodyRecord before = records.view().bodies[0];
+  play->step_matter();
+  records.take(play->matter(), {0, 0, 0});
+  const render::BodyRecord now = records.view().bodies[0];
+  EXPECT_NEAR(records.view_at(0).bodies[0].x, before.x, 1e-5);
+  EXPECT_NEAR(records.view_at(0).bodies[0].y, before.y, 1e-5);
+  EXPECT_NEAR(records.view_at(0.5).bodies[0].y, (before.y + now.y) / 2, 1e-5);
+  EXPECT_EQ(records.view_at(1).bodies[0].x, now.x);
+  ASSERT_FALSE(records.view().particles.empty());
+  EXPECT_NE(records.view_at(0).particles[0].y, records.view().particles[0].y);
+  EXPECT_EQ(records.view_at(1).particles[0].y, records.view().particles[0].y);
+}
+
+TEST(Eye, OpensAtNightAsFarAsLampsAllowAndNeverByDay) {
+  const auto stops_at = [](float hours) {
+    render::RenderKnobs knobs;
+    knobs.time_of_day = hours;
+    std::shared_ptr<const world::SkyLight> kept;
+    return stops_of_night(*render::sky_view(world::Environment{}, knobs, kept));
+  };
+  EXPECT_EQ(stops_at(-1), 0);
+  EXPECT_EQ(stops_at(12), 0);
+  EXPECT_GT(stops_at(0), 10);
+  // Dark ground under the moon; and the same with a lamp in a fifth of the picture.
+  render::Image dark(64, 64), lamp(64, 64);
+  std::fill(dark.pixels.begin(), dark.pixels.end(), render::Rgb{1e-3f, 1e-3f, 1e-3f});
+  lamp = dark;
+  std::fill(lamp.pixels.begin(), lamp.pixels.begin() + 64 * 64 / 5, render::Rgb{15, 15, 15});
+  EXPECT_EQ(Eye().adapt(dark, 0, 0, 1), 0);
+  EXPECT_GT(Eye().adapt(dark, 0, 18, 1), 8);
+  EXPECT_NEAR(Eye().adapt(lamp, 0, 18, 1), std::log2(0.8 * 150 / 15), 0.1);
+  // Not at once.
+  Eye eye;
+  const double before = eye.adapt(lamp, 0, 18, 1);
+  EXPECT_LT(eye.adapt(dark, 0, 18, 1.1), before + 2);
+}
+
 TEST(SimThread, TheWorldIsSavedWhereItEndsAndGoesOnThere) {
   const world::TemporaryFolder folder;
   setenv("LOAM_DATA", (folder / ".").c_str(), 1);
@@ -303,6 +419,9 @@ TEST(SimThread, TheWorldIsSavedWhereItEndsAndGoesOnThere) {
     PlayRequest request;
     request.edit = box_of({0, 40, 0}, {1, 40, 1}, world::BlockId{1});
     thread->wait_for(thread->ask(request), 5);
+    PlayRequest hour;
+    hour.kind = PlayRequest::Kind::knob, hour.name = "time_of_day", hour.value = "21.5";
+    thread->wait_for(thread->ask(hour), 5);
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
     ASSERT_TRUE(thread->stop(1.5, -0.25).ok());
     hash = thread->played().world().store.content_hash();
@@ -310,6 +429,7 @@ TEST(SimThread, TheWorldIsSavedWhereItEndsAndGoesOnThere) {
   auto again = open_world({.scene = path.string(), .generator = {}, .name = {}});
   ASSERT_TRUE(again.ok()) << again.error().message;
   EXPECT_EQ(again->played->world().store.content_hash(), hash);
+  EXPECT_EQ(again->played->world().knobs["time_of_day"], "21.5");
   const Start start = start_of(again->played->world());
   EXPECT_EQ(start.yaw, 1.5);
   EXPECT_EQ(start.pitch, -0.25);

@@ -20,9 +20,7 @@ Result<std::unique_ptr<Game>> play_valley() {
   PlaySettings settings;
   settings.autosave_s = 0;
   TRY(std::unique_ptr<Game> game, Game::make(std::move(opened.played), settings, {}));
-  const float exposure = game->picture.knobs.exposure;
-  game->picture.knobs = render::render_knobs().preset(world::Accuracy::fast);
-  game->picture.knobs.exposure = exposure;
+  game->set_accuracy(world::Accuracy::fast);
   return game;
 }
 
