@@ -16,6 +16,7 @@
 #include "tools/knob_settings.h"
 #include "tools/picture.h"
 #include "tools/play/hud.h"
+#include "tools/play/pace.h"
 #include "tools/play/panel.h"
 #include "tools/play/thumbnails.h"
 #include "tools/play/views.h"
@@ -28,7 +29,6 @@ namespace tools {
 namespace {
 
 constexpr double kWaitForPictureS = 0.045;  // then the interface is shown with the last one
-constexpr double kPictureAimMs = 33;        // where the number of pixels is chosen by itself
 constexpr double kUnfocusedS = 0.1;
 constexpr double kStatusEveryS = 0.1;
 
@@ -60,10 +60,12 @@ class App {
   void draw_over();
   void draw_notice();
   void follow_pictures();
-  void choose_scale(double picture_ms);
+  void choose_pace(double picture_ms);
   void run_command(const std::string& line);
   void do_command(const ConsoleCommand& command);
+  std::filesystem::path free_shot_path(const std::string& prefix) const;
   void take_screenshot(bool large);
+  void write_window_shot();
   void write_screenshot(Picture picture);
   void bench_step(double frame_ms);
   void write_status();
@@ -100,8 +102,10 @@ class App {
   Picture picture_;  // as it is shown
   render::Camera picture_camera_, asked_camera_;
   bool has_picture_ = false;
-  double scale_now_ = 0.6, last_s_ = 0, last_status_s_ = 0, begun_s_ = 0;
+  double last_s_ = 0, last_status_s_ = 0, begun_s_ = 0;
   int devices_lost_ = 0;
+  Pace pace_;
+  bool said_simpler_ = false, paused_for_panel_ = false;
   HudNumbers numbers_;
   struct Shot {
     bool asked = false, under_way = false;
@@ -167,6 +171,12 @@ void App::apply_settings() {
 }
 
 void App::show(Over over) {
+  // What is measured stands still: else the reference would have to be made anew for each picture.
+  if (game_ && over == Over::panel && !game_->state().paused) {
+    game_->pause(true), paused_for_panel_ = true;
+  } else if (game_ && over != Over::panel && std::exchange(paused_for_panel_, false)) {
+    game_->pause(false);
+  }
   over_ = over;
   if (game_) game_->release_all();
   if (over == Over::palette) palette_.open();
@@ -204,7 +214,8 @@ void App::key(int code, int modifiers, bool down) {
     if (over_ == Over::help && action == Action::help) return show(Over::nothing);
     if (over_ == Over::palette && action == Action::palette && !types) return show(Over::nothing);
     if (code >= kMouseButton) return;
-    if (over_ == Over::panel && action && row_of(*action).group == "view") act(*action);
+    if (action && (over_ == Over::panel || action == Action::window_shot) && row_of(*action).group == "view")
+      act(*action);
     return;
   }
   if (!window_->mouse_captured() && code >= kMouseButton) {
@@ -238,6 +249,8 @@ void App::act(Action action) {
     case Action::screenshot:
     case Action::large_screenshot:
       return take_screenshot(action == Action::large_screenshot);
+    case Action::window_shot:
+      return window_->presenter().keep_next();
     default:
       game_->press(action);
   }
@@ -345,6 +358,7 @@ void App::follow_loading() {
     return;
   }
   game_ = std::move(*game);
+  if (game_->picture.backend == "raster") pace_.simplify(game_->picture.knobs);
   words_ = words();
   has_picture_ = false;
   if (!path.empty()) settings_.note_world(path.string());
@@ -360,7 +374,7 @@ void App::leave_game() {
   const std::filesystem::path path = game_->path();
   const world::Status closed = game_->close();
   game_.reset();
-  over_ = Over::nothing;
+  over_ = Over::nothing, paused_for_panel_ = false;
   window_->capture_mouse(false);
   window_->set_title("Loam");
   std::error_code ignored;
@@ -375,25 +389,23 @@ void App::leave_game() {
 
 // ---- pictures ----
 
-void App::choose_scale(double ms) {
-  if (settings_.picture_scale > 0) {
-    scale_now_ = settings_.picture_scale;
-    return;
-  }
-  // Time goes with the number of pixels, and part of it doesn't: small steps towards the aim.
-  const double wanted = scale_now_ * std::sqrt(kPictureAimMs / std::max(ms, 1.0));
-  if (wanted < scale_now_ * 0.85 || wanted > scale_now_ * 1.2)
-    scale_now_ = std::clamp(scale_now_ + 0.3 * (wanted - scale_now_), 0.3, 1.0);
+void App::choose_pace(double ms) {
+  if (settings_.picture_scale > 0 || !pace_.took(ms)) return;
+  if (game_->picture.backend != "raster") return;
+  pace_.simplify(game_->picture.knobs);
+  if (!std::exchange(said_simpler_, true))
+    game_->say("drawn more simply, to be fast enough here; " + settings_.bindings.text(Action::panel) +
+               " shows what each option costs");
 }
 
 void App::follow_pictures() {
   PictureMaker& maker = game_->pictures();
   if (!maker.busy() && !window_->minimized()) {
-    if (settings_.picture_scale > 0) scale_now_ = settings_.picture_scale;
-    int width = std::max(1, static_cast<int>(std::lround(window_->width() * scale_now_)));
-    int height = std::max(1, static_cast<int>(std::lround(window_->height() * scale_now_)));
+    if (settings_.picture_scale > 0) pace_.set_scale(settings_.picture_scale);
+    int width = std::max(1, static_cast<int>(std::lround(window_->width() * pace_.scale())));
+    int height = std::max(1, static_cast<int>(std::lround(window_->height() * pace_.scale())));
     // Multiples of 8, so that a picture is not made anew for each pixel of the scale.
-    if (scale_now_ < 1) width = std::max(8, width / 8 * 8), height = std::max(8, height / 8 * 8);
+    if (pace_.scale() < 1) width = std::max(8, width / 8 * 8), height = std::max(8, height / 8 * 8);
     if (shot_.asked) {
       const int times = shot_.large ? 4 : 1;
       width = std::min(window_->width() * times, 8192), height = std::min(window_->height() * times, 8192);
@@ -419,7 +431,7 @@ void App::follow_pictures() {
   if (!made->error.empty()) return;
   if (over_ == Over::panel) panel_.took(*made);
   numbers_.pictures.add(made->ms);
-  if (game_->view == ViewMode::single && !made->measured) choose_scale(made->ms);
+  if (game_->view == ViewMode::single && !made->measured) choose_pace(made->ms);
   picture_camera_ = asked_camera_;
   const world::Status sent =
       window_->presenter().set_texture(kPictureTexture, made->width, made->height, made->rgba, true);
@@ -430,17 +442,22 @@ void App::follow_pictures() {
   numbers_.last.rgba.clear();
 }
 
-void App::take_screenshot(bool large) {
+/// DATA/screenshots/PREFIX NAME_TIME.png, that no file has.
+std::filesystem::path App::free_shot_path(const std::string& prefix) const {
   std::error_code ignored;
   const std::filesystem::path folder = data_folder() / "screenshots";
   std::filesystem::create_directories(folder, ignored);
   const std::time_t now = std::time(nullptr);
   char stamp[40];
   std::strftime(stamp, sizeof stamp, "%Y-%m-%d_%H-%M-%S", std::localtime(&now));
-  const std::string base = game_->name() + "_" + stamp;
-  shot_.path = folder / (base + ".png");
-  for (int n = 2; std::filesystem::exists(shot_.path, ignored); ++n)
-    shot_.path = folder / fmt::format("{}-{}.png", base, n);
+  const std::string base = prefix + game_->name() + "_" + stamp;
+  std::filesystem::path path = folder / (base + ".png");
+  for (int n = 2; std::filesystem::exists(path, ignored); ++n) path = folder / fmt::format("{}-{}.png", base, n);
+  return path;
+}
+
+void App::take_screenshot(bool large) {
+  shot_.path = free_shot_path("");
   shot_.asked = true, shot_.large = large;
   // The moment itself: the whole world beside the picture.
   std::filesystem::path world = shot_.path;
@@ -467,6 +484,17 @@ void App::write_screenshot(Picture picture) {
     what += " and .exr";
   }
   game_->say(written.ok() ? "picture: " + what : written.error().message);
+}
+
+void App::write_window_shot() {
+  const Screenshot shot = window_->presenter().take_kept();
+  if (shot.rgba.empty()) return;
+  render::Image8 image{shot.width, shot.height, {}};
+  for (size_t i = 0; i + 3 < shot.rgba.size(); i += 4)
+    image.pixels.insert(image.pixels.end(), {shot.rgba[i], shot.rgba[i + 1], shot.rgba[i + 2]});
+  const std::filesystem::path path = free_shot_path("window_");
+  const world::Status written = render::write_png(path, image, {});
+  game_->say(written.ok() ? "picture: " + path.string() : written.error().message);
 }
 
 void App::send_textures() {
@@ -634,7 +662,10 @@ ConsoleWords App::words() const {
 void App::run_command(const std::string& line) {
   const auto command = read_command(line, words_, game_->state().now.foot);
   if (!command) return console_.print(command.error().message);
+  // Its answer is to be read; where there is none, what it did is to be seen.
+  const size_t lines = console_.lines();
   do_command(*command);
+  if (game_ && over_ == Over::console && console_.lines() == lines) show(Over::nothing);
 }
 
 void App::do_command(const ConsoleCommand& command) {
@@ -752,6 +783,7 @@ void App::frame() {
   else
     draw_start();
   const world::Status shown = window_->end_frame();
+  if (game_) write_window_shot();
   if (!shown.ok()) {
     notice_ = shown.error().message;
     quit_ = true;

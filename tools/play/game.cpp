@@ -186,12 +186,9 @@ void Game::press(Action action) {
     case Action::save:
       save();
       break;
-    case Action::pause: {
-      PlayRequest request;
-      request.kind = Kind::pause, request.on = !state_.paused;
-      simulation_->ask(std::move(request));
+    case Action::pause:
+      pause(!state_.paused);
       break;
-    }
     case Action::tick_forward:
       ask(Kind::step);
       break;
@@ -276,6 +273,12 @@ void Game::ask(PlayRequest::Kind kind) {
 void Game::set_speed(int eighths) {
   PlayRequest request;
   request.kind = PlayRequest::Kind::speed, request.speed_eighths = std::clamp(eighths, 1, 512);
+  simulation_->ask(std::move(request));
+}
+
+void Game::pause(bool on) {
+  PlayRequest request;
+  request.kind = PlayRequest::Kind::pause, request.on = on;
   simulation_->ask(std::move(request));
 }
 
@@ -530,8 +533,7 @@ PictureRequest Game::picture_request(int width, int height) {
   if (other) {
     request.other = *other;
   } else if (view == ViewMode::error) {
-    request.other = {"raycast",
-                     at_moment_of(picture.knobs, render::render_knobs().preset(world::Accuracy::exact))};
+    request.other = {"raycast", at_moment_of(picture.knobs, render::render_knobs().preset(world::Accuracy::exact))};
     request.other.knobs.light_model = picture.knobs.light_model;
   } else {
     request.other = {picture.backend == "raster" ? "raycast" : "raster", picture.knobs};

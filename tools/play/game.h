@@ -54,6 +54,7 @@ class Game {
   void ask(PlayRequest::Kind kind);
   void go_to(const world::WorldPoint& foot);
   void set_speed(int eighths);
+  void pause(bool on);
   void set_time_of_day(double hours);
   /// Of pictures; those of the moment are saved with the world.
   world::Status set_knob(const std::string& name, const std::string& value);

@@ -211,9 +211,14 @@ void PictureMaker::measure(const PictureRequest& request, const render::Image& d
     exact.knobs.light_transport = knobs.light_transport;
     auto made = frame(exact, request, picture);
     if (!made) return;
-    reference_ =
-        Reference{std::move(made->image), c, request.settings.backend, request.environment, version_, knobs.light_model,
-                  moment_of(knobs), knobs.exposure};
+    reference_ = Reference{std::move(made->image),
+                           c,
+                           request.settings.backend,
+                           request.environment,
+                           version_,
+                           knobs.light_model,
+                           moment_of(knobs),
+                           knobs.exposure};
   }
   // Twice: what is derived for other settings is made by the first.
   auto other = frame(*request.measured, request, picture);

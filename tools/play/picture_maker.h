@@ -59,7 +59,7 @@ struct Picture {
   double ms = 0;  // all of it
   double light_ms = 0, mirror_ms = 0, display_ms = 0;
   size_t light_bytes = 0;
-  double eye_ev = 0;  // stops that the eye opened, beyond the knob
+  double eye_ev = 0;     // stops that the eye opened, beyond the knob
   uint64_t applied = 0;  // requests of the simulation that it shows
   uint64_t number = 0;
   std::string backend;

@@ -116,6 +116,7 @@ void ConsoleView::open() {
 
 void ConsoleView::print(const std::string& line) {
   output_.push_back(line);
+  ++printed_;
   if (output_.size() > 200) output_.erase(output_.begin());
 }
 
@@ -248,9 +249,12 @@ MenuChoice MenuView::draw_start(const std::vector<SceneEntry>& scenes, PlaySetti
           new_world_.generator = info.name;
       ImGui::EndCombo();
     }
+    for (const world::GeneratorInfo& info : world::generators())
+      if (info.name == new_world_.generator) ImGui::TextDisabled("%s", info.what.c_str());
     int seed = static_cast<int>(new_world_.seed);
     ImGui::SetNextItemWidth(260 * scale);
-    if (ImGui::InputInt("seed", &seed)) new_world_.seed = static_cast<uint64_t>(std::max(0, seed));
+    if (ImGui::InputInt("seed: another number, another land", &seed))
+      new_world_.seed = static_cast<uint64_t>(std::max(0, seed));
     int size[3] = {new_world_.size.x, new_world_.size.y, new_world_.size.z};
     ImGui::SetNextItemWidth(260 * scale);
     if (ImGui::InputInt3("size in metres: x, height, z", size))

@@ -41,11 +41,13 @@ class ConsoleView {
   /// A line that was entered.
   std::optional<std::string> draw(const ConsoleWords& words, float height, float scale, bool& wants_close);
   void print(const std::string& line);
+  size_t lines() const { return printed_; }  // printed so far
 
  private:
   std::string line_;
   std::vector<std::string> history_, output_;
   int at_ = -1;
+  size_t printed_ = 0;
   bool focus_ = false;
   const ConsoleWords* words_ = nullptr;
   static int callback(ImGuiInputTextCallbackData* data);

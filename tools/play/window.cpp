@@ -172,7 +172,8 @@ bool PlayWindow::minimized() const {
 
 void PlayWindow::begin_frame() {
   presenter_->begin_frame();
-  // What went up within the last frame, before this one begins: in the middle of one, keys and modifiers would disagree.
+  // What went up within the last frame, before this one begins: in the middle of one, keys and modifiers would
+  // disagree.
   for (const int key : std::exchange(release_now_, std::exchange(released_, {})))
     ImGui_ImplGlfw_KeyCallback(window_, key, 0, GLFW_RELEASE, 0);
   pressed_.clear();

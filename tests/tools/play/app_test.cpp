@@ -1,5 +1,8 @@
 // The program as a player has it: in a window of Xvfb's, driven by xdotool; and where there is no display at all.
+#include <fstream>
+
 #include "tests/tools/command.h"
+#include "tools/play/controls.h"
 
 namespace tools {
 namespace {
@@ -27,6 +30,16 @@ TEST_F(Play, UnknownScenesAndBackendsAndKnobsAreRefused) {
   const std::string data = "LOAM_DATA=" + path("data") + " env -u DISPLAY -u WAYLAND_DISPLAY ";
   expect_one_sentence(run("play valley --backend rastre", data), 2, "raster");
   expect_one_sentence(run("play valley --set view_distanc=3", data), 2, "view_distance");
+}
+
+TEST(Readme, ListsAllKeysOfPlay) {
+  std::ifstream in(std::string(LOAM_SOURCE_DIR) + "/README.md");
+  const std::string readme{std::istreambuf_iterator<char>(in), {}};
+  std::string table = "| keys | what they do |\n|---|---|\n";
+  const Bindings usual;
+  for (const ActionRow& row : action_rows())
+    table += "| " + usual.text(row.action) + " | " + std::string(row.what) + " |\n";
+  EXPECT_NE(readme.find(table + "\n"), std::string::npos) << "it should have\n" << table;
 }
 
 TEST_F(Play, TheManualAndTheCompletionNameEveryVerb) {

@@ -11,6 +11,7 @@
 #include "tools/play/console.h"
 #include "tools/play/controls.h"
 #include "tools/play/hud.h"
+#include "tools/play/pace.h"
 #include "tools/play/pick.h"
 #include "tools/play/settings.h"
 
@@ -300,6 +301,27 @@ TEST(Budget, TakesTheChangesThatCostTheLeastError) {
 }
 
 // ---- on the screen ----
+
+TEST(Pace, DrawsSmallerThenSimplerThenStopsAndLeavesWhatWasChosen) {
+  // A machine that needs 25 ms a picture, 400 ms for the window's pixels, half of that by cheap knobs.
+  Pace pace;
+  const auto ms = [&] { return 25 + 400 * pace.scale() * pace.scale() / (pace.steps() >= 2 ? 2 : 1); };
+  for (int n = 0; n < 200; ++n) pace.took(ms());
+  EXPECT_GE(pace.steps(), 1);
+  EXPECT_LT(ms(), kSlowMs);
+  const int steps = pace.steps();
+  for (int n = 0; n < 200; ++n) pace.took(n % 5 == 0 ? 300 : ms());
+  EXPECT_EQ(pace.steps(), steps) << "a hitch now and then is no reason";
+  render::RenderKnobs knobs;
+  knobs.lod_error_px = 0.5f;
+  pace.simplify(knobs);
+  EXPECT_EQ(knobs.lod_error_px, 0.5f);
+  EXPECT_EQ(knobs.face_edges, render::FaceEdges::hardware);
+  Pace fast;
+  for (int n = 0; n < 200; ++n) fast.took(5);
+  EXPECT_EQ(fast.scale(), 1);
+  EXPECT_EQ(fast.steps(), 0);
+}
 
 TEST(Frames, PercentilesAreThoseOfTheLastFrames) {
   FrameTimes times;

@@ -74,8 +74,9 @@ claim "Ctrl+Y places it again" until_is undo 1
 xdotool key slash
 claim "/ opens the console" until_is over 2
 xdotool type --delay 3 "give oak_log"
-xdotool key Return Escape
-claim "  and what is typed there is done" until_is in_hand '"oak_log"'
+xdotool key Return
+claim "  what is typed there is done" until_is in_hand '"oak_log"'
+claim "  and it closes" until_is over 0
 xdotool key 2
 xdotool key q
 claim "Q pours water" until_is undo 2

@@ -317,7 +317,8 @@ struct Inhabited : ::testing::TestWithParam<const char*> {
     played->own = std::make_unique<world::World>(small_world());
     world::SimulationRequest& asked = played->own->simulation;
     if (crate) asked.bodies.push_back({.name = "crate", .position = {{32, 8, 32}, {0, 0, 0}}, .size = {2, 2, 2}});
-    if (rain) asked.particles.push_back({.kind = "smoke", .box = {{26, 9, 26}, {38, 12, 30}}, .per_s = 20000, .brings = {}});
+    if (rain)
+      asked.particles.push_back({.kind = "smoke", .box = {{26, 9, 26}, {38, 12, 30}}, .per_s = 20000, .brings = {}});
     auto thread = std::move(*SimThread::make(std::move(played), {}));
     world::World mirror = copy_of(thread->played().world());
     thread->start();
