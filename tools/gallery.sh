@@ -54,6 +54,59 @@ reference fog_volumes 480x270 320
 reference gobo 480x270 256
 size=480x270 picture caustics caustics --backend raycast --set light_transport=photons --spp 128
 
+# One density twice: the faces of its voxels, and marching cubes.
+surfaces() {
+  local folder method file=$data/vdb/dragon.vdb
+  if [[ ! -e $file ]]; then
+    echo "skipped surfaces: $file is not on this machine"
+    return
+  fi
+  folder=$(mktemp -d)
+  for method in blocks marching_cubes; do
+    "$loam" convert "$file" "$folder/$method.ply" --surface $method --iso 0.3 >/dev/null
+  done
+  local matter='density_kg_per_m3 = 1000
+heat_capacity_j_per_kg_k = 1000
+heat_conductivity_w_per_m_k = 1
+hardness_mohs = 3'
+  cat >"$folder/surfaces.toml" <<END
+[world]
+generator = "empty"
+size = [64, 32, 64]
+[sun]
+direction = [0.45, 0.6, -0.66]
+[block.ground]
+albedo = [0.3, 0.33, 0.36]
+$matter
+[block.jade]
+albedo = [0.3, 0.62, 0.42]
+$matter
+[[fill]]
+min = [-200, -1, -60]
+max = [200, -1, 200]
+block = "ground"
+[[mesh]]
+file = "blocks.ply"
+position = [3, 0, 0]
+scale = 5
+block = "jade"
+[[mesh]]
+file = "marching_cubes.ply"
+position = [-32, 0, 0]
+scale = 5
+block = "jade"
+smooth = true
+[[camera]]
+name = "both"
+position = [11.5, 22, -45]
+look_at = [11.5, 10.5, 25]
+fov_deg = 24.5
+END
+  size=720x300 picture surfaces "$folder/surfaces.toml" --backend reference --spp 128
+  rm -r "$folder"
+}
+surfaces
+
 # Scenes of matter, after so many ticks.
 simulated() {  # simulated NAME SCENE TICKS [ARGS]
   local folder
