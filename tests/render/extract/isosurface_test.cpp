@@ -335,6 +335,7 @@ TEST(Isosurface, AdaptivityOfOpenVdbGivesFewerTriangles) {
   for (const double adaptivity : {0.0, 0.1, 0.5}) {
     const VoxelMesh mesh = mesh_of(round, SurfaceMethod::openvdb, adaptivity);
     EXPECT_LT(mesh.triangles.size(), before);
+    EXPECT_EQ(edges_of(mesh).open, 0u);
     before = mesh.triangles.size();
   }
 }
