@@ -19,10 +19,10 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kSteepest = 89.5 * kPi / 180;
-constexpr double kTwiceWithinS = 0.3;  // two presses of the jump key
-constexpr double kUseFirstS = 0.45;    // until a button that is held does it again, ...
-constexpr double kUseEveryS = 0.22;    // ... and from then on
-constexpr double kMessageS = 5;
+constexpr double kTwiceWithinS = 0.3;           // two presses of the jump key
+constexpr double kUseFirstS = 0.45;             // until a button that is held does it again, ...
+constexpr double kUseEveryS = 0.22;             // ... and from then on
+constexpr double kMessageS = 4, kReadS = 0.04;  // and so long for each letter
 constexpr int kBlastRadius = 4;
 constexpr double kThirdPersonM = 5, kZoom = 0.25;
 
@@ -83,7 +83,8 @@ world::Status Game::close() {
 }
 
 void Game::say(const std::string& sentence) {
-  messages_.push_back({sentence, SimThread::now_s() + kMessageS});
+  // Long ones are read longer.
+  messages_.push_back({sentence, SimThread::now_s() + kMessageS + kReadS * static_cast<double>(sentence.size())});
   while (messages_.size() > 4) messages_.pop_front();
 }
 

@@ -193,15 +193,17 @@ void draw_hud(const Game& game, const Bindings& bindings, float width, float hei
   }
 }
 
-void draw_messages(const Game& game, float, float height, float scale) {
+void draw_messages(const Game& game, float width, float height, float scale) {
   ImDrawList* list = ImGui::GetForegroundDrawList();
   float y = height - 90 * scale;
   for (auto message = game.messages().rbegin(); message != game.messages().rend(); ++message) {
-    const ImVec2 e = ImGui::CalcTextSize(message->text.c_str());
+    const float most = width - 28 * scale, line = ImGui::GetTextLineHeight();
+    const ImVec2 e = ImGui::CalcTextSize(message->text.c_str(), nullptr, false, most);
+    y -= e.y - line;  // its last line stands where a single one would
     list->AddRectFilled({8 * scale, y - 3 * scale}, {20 * scale + e.x, y + e.y + 3 * scale}, IM_COL32(10, 12, 16, 190),
                         4);
-    list->AddText({14 * scale, y}, IM_COL32(255, 255, 255, 255), message->text.c_str());
-    y -= e.y + 8 * scale;
+    list->AddText(nullptr, 0, {14 * scale, y}, IM_COL32(255, 255, 255, 255), message->text.c_str(), nullptr, most);
+    y -= line + 8 * scale;
   }
 }
 

@@ -16,6 +16,7 @@ using Steady = std::chrono::steady_clock;
 constexpr double kBusyMs = 10;        // of matter in one turn; what is left is done in the next
 constexpr double kFullEveryS = 0.25;  // what costs more to say: the ledger, the effects
 constexpr uint64_t kMarkEvery = 600;  // ticks of the player between hashes of a recording
+constexpr double kTellAgainS = 30;    // while the world can't be saved
 constexpr double kTurnMs = 1000.0 / 60;
 
 double ms_since(Steady::time_point start) {
@@ -272,6 +273,7 @@ void SimThread::publish(bool all) {
 void SimThread::run() {
   auto last = Steady::now();
   std::optional<world::Error> told;
+  double told_s = 0;
   for (;;) {
     std::vector<std::pair<uint64_t, PlayRequest>> requests;
     {
@@ -297,9 +299,9 @@ void SimThread::run() {
         last_save_s_ = now_s();
       }
       const std::optional<world::Error>& error = played_->session->last_error();
-      if (error && (!told || told->message != error->message)) {
+      if (error && (!told || told->message != error->message || now_s() - told_s > kTellAgainS)) {
         say("the world could not be saved and is kept in memory: " + error->message);
-        told = error;
+        told = error, told_s = now_s();
       }
       if (!error) told.reset();
     }

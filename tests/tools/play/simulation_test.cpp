@@ -1,7 +1,10 @@
 // The played world without its window: undo through automata, time that goes back, recordings, and the thread.
 #include <chrono>
+#include <csignal>
 #include <random>
 #include <thread>
+
+#include <sys/resource.h>
 
 #include <gtest/gtest.h>
 
@@ -380,6 +383,43 @@ TEST(InhabitantRecords, StandBetweenTheLastTwoTicks) {
   ASSERT_FALSE(records.view().particles.empty());
   EXPECT_NE(records.view_at(0).particles[0].y, records.view().particles[0].y);
   EXPECT_EQ(records.view_at(1).particles[0].y, records.view().particles[0].y);
+}
+
+TEST(SimThread, OnAFullDiskAutosaveSaysSoAndTheWorldIsSavedOnceThereIsRoom) {
+  const world::TemporaryFolder folder;
+  const std::filesystem::path path = folder / "world.loam";
+  auto played = std::make_unique<PlayedWorld>();
+  played->path = path;
+  played->session = std::move(*world::SaveSession::create(path, small_world(), {.autosave_s = 0}));
+  auto thread = std::move(*SimThread::make(std::move(played), {.autosave_s = 0.1, .record = {}}));
+  // As a full disk: no file of this process may grow.
+  const auto before = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit limit{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &limit), 0);
+  rlimit full = limit;
+  full.rlim_cur = 1024;
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &full), 0);
+  PlayRequest request;
+  request.edit = sphere_of({30, 20, 30}, 6, *thread->played().world().palette->find("brick_red"));
+  thread->start();
+  thread->wait_for(thread->ask(request), 5);
+  const auto until = [&](auto&& holds) {
+    for (int n = 0; n < 1000 && !holds(thread->state()); ++n)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    return holds(thread->state());
+  };
+  const bool said = until([](const PlayState& s) { return s.message.starts_with("the world could not be saved"); });
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &limit), 0);
+  std::signal(SIGXFSZ, before);
+  EXPECT_TRUE(said);
+  EXPECT_EQ(thread->state().message.find('\n'), std::string::npos);
+  EXPECT_TRUE(until([](const PlayState& s) { return s.saves >= 2; }));
+  ASSERT_TRUE(thread->stop(0, 0).ok());
+  const uint64_t hash = thread->played().world().store.content_hash();
+  thread.reset();
+  auto again = open_world({.scene = path.string(), .generator = {}, .name = {}});
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  EXPECT_EQ(again->played->world().store.content_hash(), hash);
 }
 
 TEST(Eye, OpensAtNightAsFarAsLampsAllowAndNeverByDay) {
