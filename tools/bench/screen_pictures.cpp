@@ -24,6 +24,15 @@ render::Frame ScreenPictures::frame(const render::RenderKnobs& knobs) {
   return drawn.ok() ? std::move(*drawn) : render::Frame{};
 }
 
+std::function<render::Backend*()> rasterizer_of_its_own() {
+  const auto kept = std::make_shared<std::unique_ptr<render::Backend>>();
+  return [kept]() -> render::Backend* {
+    if (!*kept)
+      if (auto made = make_backend("raster"); made.ok()) *kept = std::move(*made);
+    return kept->get();
+  };
+}
+
 render::Image supersampled(render::Backend& backend, const world::World& world, const render::Camera& camera,
                            const render::RenderKnobs& knobs, int width, int height, int side) {
   render::Image mean(width, height);

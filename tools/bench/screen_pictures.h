@@ -1,6 +1,7 @@
 /// Pictures of the valley that subjects about the screen share.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -8,6 +9,10 @@
 #include "tools/bench/benchmark.h"
 
 namespace tools {
+
+/// A rasterizer for one setting alone, made when it is first asked for; null where there is no device. Another value of
+/// a knob makes pipelines and levels anew, and settings take turns: shared, one would count that as drawing.
+std::function<render::Backend*()> rasterizer_of_its_own();
 
 /// The mean over side x side points of each pixel, by a picture for each; empty where one fails.
 render::Image supersampled(render::Backend& backend, const world::World& world, const render::Camera& camera,

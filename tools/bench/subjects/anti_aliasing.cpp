@@ -32,7 +32,8 @@ void add_subject_anti_aliasing(Registry& registry) {
         render::RenderKnobs knobs;
         knobs.anti_aliasing = anti_aliasing;
         const int count = 1 << static_cast<int>(anti_aliasing);
-        Setting s{.method = backend, .setting = fmt::format("{}@{}", backend, count)};
+        // Backends are no rungs of this knob: each has a front of its own.
+        Setting s{.method = backend, .setting = fmt::format("{}@{}", backend, count), .problem = backend};
         s.knob = count;
         s.is_default = anti_aliasing == render::RenderKnobs{}.anti_aliasing;
         s.measure = [=](uint64_t) { return picture_error(maker->frame(knobs).image, *truth()); };

@@ -17,15 +17,17 @@ void add_subject_colour_format(Registry& registry) {
   subject.settings = [](BenchContext& context) -> Result<std::vector<Setting>> {
     TRY(const world::World* valley, context.world("valley"));
     constexpr int kWidth = 640, kHeight = 360;
-    TRY(const auto maker, ScreenPictures::make(*valley, "raster", kWidth, kHeight));
+    TRY(const auto plain, ScreenPictures::make(*valley, "raster", kWidth, kHeight));
     const auto truth = [=, &context] {
       return context.shared<render::Image>("colour_format",
-                                           [&] { return std::make_shared<render::Image>(maker->frame({}).image); });
+                                           [&] { return std::make_shared<render::Image>(plain->frame({}).image); });
     };
     std::vector<Setting> settings;
     for (uint8_t f = 0; f <= static_cast<uint8_t>(render::ColourFormat::rgb565); ++f) {
       render::RenderKnobs knobs;
       knobs.colour_format = static_cast<render::ColourFormat>(f);
+      // A rasterizer each: runs take turns, and another format makes images anew.
+      TRY(const auto maker, ScreenPictures::make(*valley, "raster", kWidth, kHeight));
       const render::PixelFormatInfo& format = render::info_of(static_cast<render::PixelFormat>(f));
       Setting s{.method = std::string(format.name), .setting = fmt::format("{}@{}", format.name, format.bytes)};
       s.knob = static_cast<double>(format.bytes);

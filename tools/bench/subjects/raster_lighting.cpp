@@ -11,8 +11,7 @@
 #include <fmt/format.h>
 
 #include "render/backend.h"
-#include "render/raster/raster.h"
-#include "tools/bench/benchmark.h"
+#include "tools/bench/screen_pictures.h"
 #include "tools/picture.h"
 #include "world/base/random.h"
 #include "world/media/brick_field.h"
@@ -25,13 +24,13 @@ using render::RenderKnobs;
 
 constexpr int kWidth = 192, kHeight = 108;
 
-/// A world, its camera and the backend that keeps what it derived from it.
+/// A world and its camera.
 struct Shown {
   world::World world;
   render::Camera camera;
-  std::unique_ptr<render::RasterBackend> backend;
 
-  render::Image picture(const RenderKnobs& knobs) {
+  render::Image picture(render::Backend* backend, const RenderKnobs& knobs) {
+    CHECK(backend != nullptr);
     auto frame = backend->render(world::WorldView(world), camera, knobs, kWidth, kHeight);
     CHECK(frame.ok());
     return std::move(frame->image);
@@ -43,8 +42,7 @@ Result<ShownWorld> shown(const world::Scene& scene, const std::string& camera) {
   world::ImportReport report;
   TRY(world::World world, build_picture_world(scene, report));
   TRY(const world::CameraPlacement placed, world::camera_of(world, camera));
-  TRY(auto backend, render::make_raster({}));
-  return std::make_shared<Shown>(Shown{std::move(world), render::Camera::from(placed), std::move(backend)});
+  return std::make_shared<Shown>(Shown{std::move(world), render::Camera::from(placed)});
 }
 
 double relative_rms(const render::Image& a, const render::Image& b) {
@@ -121,18 +119,21 @@ void add_subject_raster_lighting(Registry& registry) {
                   .metrics = {"RMS error of radiance (relative)"},
                   .work_unit = "pixels"};
   subject.settings = [](BenchContext& context) -> Result<std::vector<Setting>> {
+    if (auto device = make_backend("raster"); !device.ok()) return device.error();  // whether there is a device
     std::vector<Setting> settings;
     const auto add = [&](const std::string& problem, const std::string& method, int knob, bool is_default,
                          const ShownWorld& of, const RenderKnobs& knobs, const RenderKnobs& limit) {
       Setting s{.method = method, .setting = fmt::format("{}@{}", method, knob), .problem = problem};
       s.knob = knob, s.is_default = is_default;
+      const auto backend = rasterizer_of_its_own();
       s.measure = [=, &context](uint64_t) {
-        const auto truth = context.shared<render::Image>(
-            "raster_lighting " + problem, [&] { return std::make_shared<render::Image>(of->picture(limit)); });
-        return ErrorSample{{relative_rms(of->picture(knobs), *truth)}, 0};
+        const auto truth = context.shared<render::Image>("raster_lighting " + problem, [&] {
+          return std::make_shared<render::Image>(of->picture(backend(), limit));
+        });
+        return ErrorSample{{relative_rms(of->picture(backend(), knobs), *truth)}, 0};
       };
       s.run = [=] {
-        keep(of->picture(knobs));
+        keep(of->picture(backend(), knobs));
         return static_cast<double>(kWidth * kHeight);
       };
       settings.push_back(std::move(s));

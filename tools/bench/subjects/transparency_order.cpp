@@ -11,9 +11,9 @@
 
 #include <fmt/format.h>
 
-#include "render/raster/raster.h"
 #include "render/raycast/raycast.h"
-#include "tools/bench/benchmark.h"
+#include "tools/bench/screen_pictures.h"
+#include "tools/picture.h"
 #include "world/scenes/scene.h"
 
 namespace tools {
@@ -23,11 +23,10 @@ namespace {
 using render::Image;
 using render::RenderKnobs;
 
-/// The scene, its camera and both backends.
+/// The scene, its camera and the ray caster.
 struct Garden {
   world::World world;
   render::Camera camera;
-  std::unique_ptr<render::RasterBackend> raster;
   std::unique_ptr<render::Backend> raycast;
   int width = 160, height = 90;
 
@@ -37,7 +36,6 @@ struct Garden {
     world::ImportReport report;
     TRY(garden->world, world::build_world(scene, report));
     garden->camera = render::Camera::from(garden->world.cameras.front());
-    TRY(garden->raster, render::make_raster({}));
     TRY(garden->raycast, render::make_raycast_backend());
     if (quick) garden->width = 80, garden->height = 45;
     return garden;
@@ -70,20 +68,22 @@ void add_subject_transparency_order(Registry& registry) {
       .work_unit = "pixels"};
   subject.threads = 0;
   subject.settings = [](BenchContext& context) -> Result<std::vector<Setting>> {
+    if (auto device = make_backend("raster"); !device.ok()) return device.error();  // whether there is a device
     TRY(const std::shared_ptr<Garden> garden, Garden::make(context.quick()));
     std::vector<Setting> settings;
     const auto add = [&](const std::string& method, const std::string& problem, int knob, bool is_default,
                          const RenderKnobs& knobs, const RenderKnobs& of_reference) {
       Setting s{.method = method, .setting = fmt::format("{}@{}", method, knob), .problem = problem};
       s.knob = knob, s.is_default = is_default;
+      const auto raster = rasterizer_of_its_own();
       s.measure = [=, &context](uint64_t) {
         const auto right = context.shared<Image>("transparency_order " + problem, [&] {
           return std::make_shared<Image>(garden->draw(*garden->raycast, of_reference));
         });
-        return difference(garden->draw(*garden->raster, knobs), *right);
+        return difference(garden->draw(*raster(), knobs), *right);
       };
       s.run = [=] {
-        keep(garden->draw(*garden->raster, knobs).pixels[0].r);
+        keep(garden->draw(*raster(), knobs).pixels[0].r);
         return static_cast<double>(garden->width) * garden->height;
       };
       settings.push_back(std::move(s));
