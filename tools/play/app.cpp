@@ -30,6 +30,7 @@ namespace {
 
 constexpr double kWaitForPictureS = 0.045;  // then the interface is shown with the last one
 constexpr double kUnfocusedS = 0.1;
+constexpr float kFirstReachM = 128;  // of a world's first picture
 constexpr double kStatusEveryS = 0.1;
 
 enum class Over { nothing, palette, console, pause, panel, help };
@@ -411,6 +412,9 @@ void App::follow_pictures() {
       width = std::min(window_->width() * times, 8192), height = std::min(window_->height() * times, 8192);
     }
     PictureRequest request = game_->picture_request(width, height);
+    // What is near is there in a second; what is far takes as long again, and may come into a picture that is seen.
+    float& reach = request.settings.knobs.view_distance;
+    if (!has_picture_ && request.mode == ViewMode::single) reach = std::min(reach, kFirstReachM);
     if (shot_.asked) {
       request.keep_linear = true, request.mode = ViewMode::single;
       shot_.asked = false, shot_.under_way = true;
