@@ -33,7 +33,7 @@ constexpr double kUnfocusedS = 0.1;
 constexpr float kFirstReachM = 128;  // of a world's first picture
 constexpr double kStatusEveryS = 0.1;
 
-enum class Over { nothing, palette, console, pause, panel, help };
+enum class Over { nothing, palette, console, pause, panel, help, unsaved };
 
 class App {
  public:
@@ -53,6 +53,8 @@ class App {
 
   void start(const WorldChoice& choice);
   void follow_loading();
+  /// Saves, and leaves the game; where that fails it asks first.
+  void ask_to_leave(bool quit);
   void leave_game();
   void show(Over over);
   void frame();
@@ -83,6 +85,8 @@ class App {
   std::unique_ptr<Game> game_;
   Over over_ = Over::nothing;
   uint32_t pad_buttons_ = 0;  // as they were; the triggers are bits 30 and 31
+  bool quits_ = false;        // what ask_to_leave() was asked
+  std::string unsaved_;       // why it couldn't
   bool quit_ = false, hud_ = true, dragging_ = false;
   StatisticsMode statistics_ = StatisticsMode::brief;
   std::unique_ptr<Thumbnails> thumbnails_;
@@ -369,6 +373,16 @@ void App::follow_loading() {
   show(settings_.seen_help ? Over::nothing : Over::help);
 }
 
+void App::ask_to_leave(bool quit) {
+  quits_ = quit;
+  if (const world::Status saved = game_->save_all(); !saved.ok()) {
+    unsaved_ = saved.error().message;
+    return show(Over::unsaved);
+  }
+  quit_ = quit;
+  leave_game();
+}
+
 void App::leave_game() {
   if (!game_) return;
   const std::string name = game_->name();
@@ -637,8 +651,17 @@ void App::draw_over() {
       if (choice.save) game_->save();
       if (choice.resume) close = true;
       if (choice.help) return show(Over::help);
-      if (choice.quit) quit_ = true;
-      if (choice.leave) return leave_game();
+      if (choice.quit || choice.leave) return ask_to_leave(choice.quit);
+      break;
+    }
+    case Over::unsaved: {
+      const MenuChoice choice = MenuView::draw_unsaved(game_->name(), unsaved_, width, height, scale());
+      if (choice.save) return ask_to_leave(quits_);
+      if (choice.lose) {
+        quit_ = quits_;
+        return leave_game();
+      }
+      close = choice.resume;
       break;
     }
   }
@@ -800,7 +823,11 @@ world::Result<int> App::run() {
   while (!quit_ && !interrupt.asked()) {
     const bool idle = !window_->focused() || window_->minimized();
     window_->poll(idle ? kUnfocusedS : game_ || loading_ ? 0 : 0.016);
-    if (window_->wants_close()) break;
+    if (window_->wants_close()) {
+      if (!game_) break;
+      window_->clear_close();
+      ask_to_leave(true);
+    }
     frame();
   }
   leave_game();

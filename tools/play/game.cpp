@@ -23,6 +23,7 @@ constexpr double kTwiceWithinS = 0.3;           // two presses of the jump key
 constexpr double kUseFirstS = 0.45;             // until a button that is held does it again, ...
 constexpr double kUseEveryS = 0.22;             // ... and from then on
 constexpr double kMessageS = 4, kReadS = 0.04;  // and so long for each letter
+constexpr double kMostSaveS = 60;               // that leaving waits for
 constexpr int kBlastRadius = 4;
 constexpr double kThirdPersonM = 5, kZoom = 0.25;
 
@@ -293,6 +294,16 @@ void Game::save() {
   PlayRequest request;
   request.kind = PlayRequest::Kind::save, request.yaw = yaw_, request.pitch = pitch_;
   simulation_->ask(std::move(request));
+}
+
+world::Status Game::save_all() {
+  PlayRequest request;
+  request.kind = PlayRequest::Kind::save_all, request.yaw = yaw_, request.pitch = pitch_;
+  const uint64_t number = simulation_->ask(std::move(request));
+  simulation_->wait_for(number, kMostSaveS);
+  const PlayState state = simulation_->state();
+  if (state.applied < number) return world::input_error(fmt::format("it took more than {} s", kMostSaveS));
+  return state.unsaved.empty() ? world::Status{} : world::input_error(state.unsaved);
 }
 
 void Game::write_copy(const std::filesystem::path& path) {

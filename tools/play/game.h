@@ -28,6 +28,8 @@ class Game {
                                                    const GameOptions& options);
   ~Game();
 
+  /// Saves all, and waits for it. Says what went wrong; the game goes on as before.
+  world::Status save_all();
   /// Ends the simulation and saves. Says what went wrong.
   world::Status close();
 

@@ -164,6 +164,14 @@ void SimThread::do_request(PlayRequest& request) {
       yaw_ = request.yaw, pitch_ = request.pitch;
       save(true);
       break;
+    case Kind::save_all: {
+      yaw_ = request.yaw, pitch_ = request.pitch;
+      unsaved_.clear();
+      if (!played_->session || !play_->edited()) break;
+      play_->prepare_save(yaw_, pitch_);
+      if (const world::Status saved = played_->session->save(); !saved.ok()) unsaved_ = saved.error().message;
+      break;
+    }
     case Kind::copy: {
       play_->prepare_save(request.yaw, request.pitch);
       const world::Status written = world::write_world(played_->world(), request.path);
@@ -260,6 +268,7 @@ void SimThread::publish(bool all) {
   for (size_t n = 0; n < dirty.size(); ++n) changes_[dirty[n]] = values[n];
   next.applied = state_.applied;
   next.copied_hash = copied_hash_;
+  next.unsaved = unsaved_;
   next.message = std::move(state_.message), next.message_number = state_.message_number;
   if (!all) {
     next.ledger = std::move(state_.ledger), next.effects = std::move(state_.effects);

@@ -34,14 +34,14 @@ struct PlayedWorld {
 };
 
 struct PlayRequest {
-  enum class Kind { edit, undo, redo, back, step, mode, teleport, pause, speed, save, copy, look, knob };
+  enum class Kind { edit, undo, redo, back, step, mode, teleport, pause, speed, save, save_all, copy, look, knob };
   Kind kind = Kind::edit;
   world::EditBatch edit = {};
   world::WorldPoint foot = {};         // teleport
   bool flies = false, passes = false;  // mode
   bool on = false;                     // pause
   int speed_eighths = 8;               // speed
-  double yaw = 0, pitch = 0;           // save, copy, look: where the player looks
+  double yaw = 0, pitch = 0;           // save, save_all, copy, look: where the player looks
   std::string name = {}, value = {};   // knob: of the world's pictures
   std::filesystem::path path = {};     // copy: where the whole world is written to, as it is
 };
@@ -71,6 +71,7 @@ struct PlayState {
   std::vector<world::LayerInfo> layers;
   int64_t saves = 0;
   bool saving = false;
+  std::string unsaved;          // why the last save_all failed: one sentence; empty: it didn't
   std::string message;          // of the last request, or of a save that failed: one sentence; empty: none
   uint64_t message_number = 0;  // rises with each
 };
@@ -125,6 +126,7 @@ class SimThread {
   int subscriber_ = 0;
   int64_t waiting_steps_ = 0;
   uint64_t dropped_ = 0, walked_ = 0, copied_hash_ = 0;
+  std::string unsaved_;
   double last_save_s_ = 0, last_full_s_ = 0, yaw_ = 0, pitch_ = 0;
   WalkState before_;
 

@@ -319,6 +319,24 @@ MenuChoice MenuView::draw_pause(PlaySettings& settings, const Game& game, float 
   return choice;
 }
 
+MenuChoice MenuView::draw_unsaved(const std::string& world, const std::string& why, float width, float height,
+                                  float scale) {
+  MenuChoice choice;
+  centre(width, height, 420 * scale, 300 * scale);
+  ImGui::Begin((world + " is not saved").c_str(), nullptr,
+               kPlain | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove);
+  ImGui::PushTextWrapPos();
+  ImGui::TextUnformatted(("It could not be saved: " + why + ".").c_str());
+  ImGui::TextUnformatted("What was done since the last save is in memory alone. Make room, then try again.");
+  ImGui::PopTextWrapPos();
+  ImGui::Separator();
+  choice.save = wide_button("Try again", scale);
+  choice.resume = wide_button("Go on playing", scale);
+  choice.lose = wide_button("Leave and lose it", scale);
+  ImGui::End();
+  return choice;
+}
+
 bool MenuView::draw_settings(PlaySettings& s, float scale) {
   bool changed = false;
   ImGui::PushItemWidth(240 * scale);

@@ -62,6 +62,7 @@ struct Thumbnail {
 struct MenuChoice {
   std::optional<WorldChoice> play;
   bool resume = false, save = false, leave = false, quit = false, help = false;
+  bool lose = false;  // to leave though the world can't be saved
 };
 
 struct SceneEntry {
@@ -76,6 +77,9 @@ class MenuView {
                         float scale);
   /// Over the game.
   MenuChoice draw_pause(PlaySettings& settings, const Game& game, float width, float height, float scale);
+  /// Where leaving the game would lose what `why` keeps from being saved: resume, save (to try again), or lose.
+  static MenuChoice draw_unsaved(const std::string& world, const std::string& why, float width, float height,
+                                 float scale);
   /// True where settings changed. `waiting` takes the next key that is pressed, for an action.
   bool draw_settings(PlaySettings& settings, float scale);
   std::optional<Action> waiting_for_key() const { return waiting_; }

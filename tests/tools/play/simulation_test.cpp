@@ -409,10 +409,18 @@ TEST(SimThread, OnAFullDiskAutosaveSaysSoAndTheWorldIsSavedOnceThereIsRoom) {
     return holds(thread->state());
   };
   const bool said = until([](const PlayState& s) { return s.message.starts_with("the world could not be saved"); });
+  // Who leaves now is told, and nothing is given up.
+  PlayRequest all;
+  all.kind = PlayRequest::Kind::save_all;
+  thread->wait_for(thread->ask(all), 5);
+  const std::string unsaved = thread->state().unsaved;
   ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &limit), 0);
   std::signal(SIGXFSZ, before);
   EXPECT_TRUE(said);
   EXPECT_EQ(thread->state().message.find('\n'), std::string::npos);
+  EXPECT_FALSE(unsaved.empty());
+  thread->wait_for(thread->ask(all), 5);
+  EXPECT_EQ(thread->state().unsaved, "");
   EXPECT_TRUE(until([](const PlayState& s) { return s.saves >= 2; }));
   ASSERT_TRUE(thread->stop(0, 0).ok());
   const uint64_t hash = thread->played().world().store.content_hash();
