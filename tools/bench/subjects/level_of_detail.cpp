@@ -13,6 +13,7 @@
 
 #include "render/backend.h"
 #include "tools/bench/screen_pictures.h"
+#include "tools/picture.h"
 #include "world/base/random.h"
 #include "world/scenes/scene.h"
 
@@ -21,15 +22,6 @@ namespace tools {
 namespace {
 
 constexpr int kWidth = 640, kHeight = 360;
-
-Result<std::shared_ptr<render::Backend>> backend_of(const std::string& name) {
-  for (const render::BackendInfo& info : render::backends())
-    if (info.name == name) {
-      TRY(auto made, info.make());
-      return std::shared_ptr<render::Backend>(std::move(made));
-    }
-  return world::Error{world::ErrorKind::no_device, "this program has no backend " + name};
-}
 
 std::shared_ptr<world::World> meadow() {
   auto w = std::make_shared<world::World>(world::standard_blocks());
@@ -93,21 +85,21 @@ void add_subject_level_of_detail(Registry& registry) {
     std::vector<Setting> settings;
     TRY(const world::World* valley, context.world("valley"));
     TRY(const world::CameraPlacement first, world::camera_of(*valley, ""));
-    TRY(const auto rays, backend_of("raycast"));
+    TRY(const std::shared_ptr<render::Backend> rays, make_backend("raycast"));
     for (const int eighths : {0, 4, 8, 16, 32, 64, 128}) {
       render::RenderKnobs knobs;
       knobs.lod_error_px = static_cast<float>(eighths) / 8;
       // A rasterizer each: to change the knob makes levels anew, and runs take turns.
-      TRY(const auto backend, backend_of("raster"));
+      TRY(const std::shared_ptr<render::Backend> backend, make_backend("raster"));
       const Pictures far{backend, rays, valley, nullptr, render::Camera::from(first)};
       add_ladder(settings, context, "valley", far, "levels by eighths of a pixel", eighths, eighths == 8, knobs);
     }
-    TRY(const auto other, backend_of("raster"));
+    TRY(const std::shared_ptr<render::Backend> other, make_backend("raster"));
     const auto plants = meadow();
     render::Camera eye;
     eye.position = world::WorldPoint::from(0.3, 2.2, 60.4);
     eye.forward = glm::normalize(world::Vec3d(0.2, -0.15, -1));
-    TRY(const auto near_rays, backend_of("raycast"));
+    TRY(const std::shared_ptr<render::Backend> near_rays, make_backend("raycast"));
     const Pictures near{other, near_rays, plants.get(), plants, eye};
     for (const render::ProxyShapes kind :
          {render::ProxyShapes::cube, render::ProxyShapes::billboard, render::ProxyShapes::mesh}) {

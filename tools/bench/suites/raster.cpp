@@ -5,6 +5,7 @@
 #include "render/extract/extractor.h"
 #include "render/raster/raster.h"
 #include "tools/bench/benchmark.h"
+#include "tools/picture.h"
 #include "world/scenes/scene.h"
 
 namespace tools {
@@ -28,22 +29,18 @@ Result<std::vector<render::Camera>> cameras(const world::World& valley) {
 /// The triangles of what is seen in a constant colour: what a picture costs at least.
 constexpr const char* kBare = "constant colour";
 
-Result<std::unique_ptr<render::Backend>> make_backend(const std::string& name) {
-  if (name == kBare) {
-    TRY(auto bare, render::make_raster({}));
-    bare->draw_bare(true);
-    return std::unique_ptr<render::Backend>(std::move(bare));
-  }
-  for (const render::BackendInfo& info : render::backends())
-    if (info.name == name) return info.make();
-  return world::Error{world::ErrorKind::no_device, "this program has no backend " + name};
+Result<std::unique_ptr<render::Backend>> backend_of(const std::string& name) {
+  if (name != kBare) return make_backend(name);
+  TRY(auto bare, render::make_raster({}));
+  bare->draw_bare(true);
+  return std::unique_ptr<render::Backend>(std::move(bare));
 }
 
 /// Frames of all cameras a call, counting those drawn; NaN where one fails.
 Result<std::function<double()>> frames_of(const world::World& valley, const std::vector<render::Camera>& views,
                                           const std::string& backend_name, const render::RenderKnobs& knobs,
                                           std::shared_ptr<render::FrameReport> last = nullptr) {
-  TRY(std::shared_ptr<render::Backend> backend, make_backend(backend_name));
+  TRY(std::shared_ptr<render::Backend> backend, backend_of(backend_name));
   // The first picture says whether it works, and why not.
   TRY(const render::Frame first, backend->render(world::WorldView(valley), views[0], knobs, kWidth, kHeight));
   (void)first;
