@@ -14,7 +14,7 @@ namespace tools {
 
 namespace {
 
-constexpr int kVersion = 2;  // 1: without regions and saved
+constexpr int kVersion = 3;  // 1: without regions and saved; 2: regions in the place of leaves
 constexpr size_t kMostMarks = 10'000'000;
 
 world::Error at_line(const std::filesystem::path& path, size_t line, const std::string& what) {
@@ -46,47 +46,54 @@ world::Result<uint64_t> hash_of(const nlohmann::json& object) {
 }
 
 /// "1 -2 3": three whole numbers.
-std::optional<world::RegionPos> region_from(const std::string& text) {
-  world::RegionPos r;
+template <class Pos>
+std::optional<Pos> position_from(const std::string& text) {
+  Pos p;
   const char *at = text.data(), *const end = text.data() + text.size();
   for (int axis = 0; axis < 3; ++axis) {
     if (axis > 0 && (at == end || *at++ != ' ')) return {};
-    const auto parsed = std::from_chars(at, end, r[axis]);
+    const auto parsed = std::from_chars(at, end, p[axis]);
     if (parsed.ec != std::errc{}) return {};
     at = parsed.ptr;
   }
   if (at != end) return {};
-  return r;
+  return p;
 }
 
-world::Status read_regions(const nlohmann::json& object, std::map<world::RegionPos, uint64_t>& into) {
-  const auto found = object.find("regions");
+/// Hashes by position, under `key`; none where it isn't there.
+template <class Pos>
+world::Status read_hashes(const nlohmann::json& object, const char* key, std::map<Pos, uint64_t>& into) {
+  const auto found = object.find(key);
   if (found == object.end()) return {};
   const world::Error wrong = world::input_error(
-      "expected an object \"regions\" of three whole numbers, as text, and 16 hexadecimal digits each");
+      fmt::format("expected an object \"{}\" of three whole numbers, as text, and 16 hexadecimal digits each", key));
   if (!found->is_object()) return wrong;
   for (const auto& [name, value] : found->items()) {
-    const auto region = region_from(name);
+    const auto at = position_from<Pos>(name);
     const auto hash = hash_from(value);
-    if (!region || !hash) return wrong;
-    into[*region] = *hash;
+    if (!at || !hash) return wrong;
+    into[*at] = *hash;
   }
   return {};
 }
 
+template <class Pos>
+void write_hashes(const std::map<Pos, uint64_t>& hashes, const char* key, nlohmann::json& line) {
+  for (const auto& [at, hash] : hashes) line[key][fmt::format("{} {} {}", at.x, at.y, at.z)] = hash_text(hash);
+}
+
 }  // namespace
 
-const std::map<world::RegionPos, uint64_t>& RegionHashes::update() {
+const std::map<world::LeafPos, uint64_t>& LeafHashes::update() {
   world::StoreReader reader(store_);
   for (const world::LeafPos& l : store_.take_dirty(subscriber_)) {
     const world::LeafBlocks leaf = reader.leaf(l);
     uint64_t hash = world::hash_combine(static_cast<uint64_t>(l.x), static_cast<uint64_t>(l.y));
     hash = world::hash_combine(hash, static_cast<uint64_t>(l.z));
     for (int i = 0; i < world::kLeafVoxels; ++i) hash = world::hash_combine(hash, leaf[i]);
-    leaves_[l] = hash;
+    blocks_[l] = hash;
   }
-  regions_.clear();
-  for (const auto& [l, hash] : leaves_) regions_[world::region_from_leaf(l)] += hash;
+  leaves_ = blocks_;
   std::array<int32_t, world::kLeafVoxels> value;
   world::LeafMask active;
   for (const world::LayerRow& row : world::layer_rows()) {
@@ -97,25 +104,22 @@ const std::map<world::RegionPos, uint64_t>& RegionHashes::update() {
     for (const world::LeafPos& l : values->leaves()) {
       if (!values->read_leaf(l, value, active)) continue;
       const world::VoxelPos corner = world::voxel_from_leaf(l);
-      uint64_t& hash = regions_[world::region_from_leaf(l)];
+      uint64_t hash = 0;
       for (int i = 0; i < world::kLeafVoxels; ++i)
         if (active.test(i))
           hash += world::random_bits(static_cast<uint64_t>(int64_t{value[static_cast<size_t>(i)]}), corner.x, corner.y,
                                      corner.z,
                                      static_cast<uint64_t>(layer) * world::kLeafVoxels + static_cast<uint64_t>(i));
+      if (!active.is_none()) leaves_[l] += hash;
     }
   }
-  return regions_;
+  return leaves_;
 }
 
-std::map<world::RegionPos, uint64_t> changed_regions(const std::map<world::RegionPos, uint64_t>& before,
-                                                     const std::map<world::RegionPos, uint64_t>& now) {
-  std::map<world::RegionPos, uint64_t> changed;
-  for (const auto& [r, hash] : now)
-    if (const auto was = before.find(r); was == before.end() || was->second != hash) changed[r] = hash;
-  for (const auto& [r, hash] : before)
-    if (!now.contains(r)) changed[r] = 0;  // nothing there differs from the start any more
-  return changed;
+std::map<world::RegionPos, uint64_t> region_hashes(const std::map<world::LeafPos, uint64_t>& leaves) {
+  std::map<world::RegionPos, uint64_t> regions;
+  for (const auto& [l, hash] : leaves) regions[world::region_from_leaf(l)] += hash;
+  return regions;
 }
 
 world::Status write_recording(const Recording& recording, const std::filesystem::path& path) {
@@ -124,12 +128,12 @@ world::Status write_recording(const Recording& recording, const std::filesystem:
     std::ofstream out(part);
     out << nlohmann::json{{"loam_recording", kVersion}, {"scene", recording.scene}, {"seed", recording.seed},
                           {"start", recording.start},   {"every", recording.every}, {"commit", recording.commit},
-                          {"knobs", recording.knobs},   {"saved", recording.saved}}
+                          {"knobs", recording.knobs},   {"saved", recording.saved}, {"threads", recording.threads}}
         << '\n';
     for (const Recording::Mark& mark : recording.marks) {
       nlohmann::json line{{"tick", mark.tick}, {"hash", hash_text(mark.hash)}};
-      for (const auto& [r, hash] : mark.regions)
-        line["regions"][fmt::format("{} {} {}", r.x, r.y, r.z)] = hash_text(hash);
+      write_hashes(mark.leaves, "leaves", line);
+      write_hashes(mark.regions, "regions", line);
       out << line << '\n';
     }
     out.flush();
@@ -176,6 +180,13 @@ world::Result<Recording> read_recording(const std::filesystem::path& path) {
         recording.commit = commit->get<std::string>();
       if (const auto saved = object.find("saved"); saved != object.end() && saved->is_string())
         recording.saved = saved->get<std::string>();
+      constexpr uint64_t kMostThreads = 1u << 16;
+      if (object.contains("threads")) {
+        uint64_t threads = 0;
+        TRY_STATUS(value(number_of(object, "threads"), threads));
+        if (threads > kMostThreads) return at_line(path, line, fmt::format("more than {} threads", kMostThreads));
+        recording.threads = static_cast<int>(threads);
+      }
       if (const auto knobs = object.find("knobs"); knobs != object.end()) {
         if (!knobs->is_object()) return at_line(path, line, "expected an object \"knobs\" of texts");
         for (const auto& [name, text_of] : knobs->items()) {
@@ -188,8 +199,9 @@ world::Result<Recording> read_recording(const std::filesystem::path& path) {
     Recording::Mark mark;
     TRY_STATUS(value(number_of(object, "tick"), mark.tick));
     TRY_STATUS(value(hash_of(object), mark.hash));
-    if (const world::Status regions = read_regions(object, mark.regions); !regions.ok())
-      return at_line(path, line, regions.error().message);
+    for (const world::Status& hashes :
+         {read_hashes(object, "leaves", mark.leaves), read_hashes(object, "regions", mark.regions)})
+      if (!hashes.ok()) return at_line(path, line, hashes.error().message);
     const uint64_t before = recording.marks.empty() ? recording.start : recording.marks.back().tick;
     if (mark.tick <= before || mark.tick - before > recording.every)
       return at_line(path, line, fmt::format("expected a tick in ({}, {}]", before, before + recording.every));

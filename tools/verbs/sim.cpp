@@ -166,15 +166,16 @@ world::Result<int> run_sim(const SimOptions& options) {
   recording.start = matter.tick();
   recording.every = options.record_every;
   recording.saved = options.save;
-  RegionHashes regions(world.store);
-  std::map<world::RegionPos, uint64_t> marked;
+  recording.threads = world::thread_count();
+  LeafHashes leaves(world.store);
+  std::map<world::LeafPos, uint64_t> marked;
   for (const auto& row : sim::sim_knobs().rows()) recording.knobs[row.name] = row.get(matter_options.knobs);
   const auto mark = [&] {
     if (options.record.empty() || matter.tick() == recording.start) return;
     if (!recording.marks.empty() && recording.marks.back().tick == matter.tick()) return;
     const uint64_t hash = matter.state_hash();
-    const std::map<world::RegionPos, uint64_t>& now = regions.update();
-    recording.marks.push_back({matter.tick(), hash, changed_regions(marked, now)});
+    const std::map<world::LeafPos, uint64_t>& now = leaves.update();
+    recording.marks.push_back({matter.tick(), hash, changed_hashes(marked, now)});
     marked = now;
   };
   while (result.ticks < most && !(result.interrupted = stop.asked())) {
