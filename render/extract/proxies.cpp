@@ -110,13 +110,14 @@ ShapeExtractor::Kind ShapeExtractor::kind_of(const Instance& instance) {
     quads_.push_back(quad);
   }
   kind.count = static_cast<uint32_t>(faces.size());
+  quads_[kind.first].faces = kind.count;
   return kind;
 }
 
 void ShapeExtractor::make_records(Chunk& chunk) {
   std::vector<FaceRecord> by_direction[kShapeDirections];
   chunk.bounds = {};
-  chunk.instances = 0;
+  chunk.instances.clear();
   for (const auto& [leaf, instances] : chunk.leaves) {
     const VoxelPos low{(leaf >> 6) * 8, (leaf >> 3 & 7) * 8, (leaf & 7) * 8};
     for (const Instance& instance : instances) {
@@ -131,7 +132,7 @@ void ShapeExtractor::make_records(Chunk& chunk) {
       const auto corner = [](int c) { return static_cast<uint8_t>(c); };
       chunk.bounds.include(
           {{corner(at.x), corner(at.y), corner(at.z)}, {corner(at.x + 1), corner(at.y + 1), corner(at.z + 1)}});
-      ++chunk.instances;
+      chunk.instances.push_back({static_cast<uint32_t>(at.z | at.y << 6 | at.x << 12), kind.first});
     }
   }
   chunk.records.clear();
@@ -156,7 +157,7 @@ void ShapeExtractor::set_masks(const WorldView& view, LeafPos leaf, const LeafMa
 void ShapeExtractor::sort_chunks() {
   sorted_.clear();
   instances_ = 0;
-  for (const auto& [pos, chunk] : chunks_) sorted_.push_back(chunk.get()), instances_ += chunk->instances;
+  for (const auto& [pos, chunk] : chunks_) sorted_.push_back(chunk.get()), instances_ += chunk->instances.size();
   std::sort(sorted_.begin(), sorted_.end(), [](auto* a, auto* b) { return a->pos < b->pos; });
 }
 

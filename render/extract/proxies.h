@@ -4,7 +4,7 @@
 ///
 ///   record   word 0  bits 0..17  place in the chunk, as in face_record.shared.h      word 1  quad of the table
 /// A chunk's records lie direction by direction: faces that look along -X +X -Y +Y -Z +Z, then sheets that are seen
-/// from both sides.
+/// from both sides. Beside them a record a voxel, which names the first face of its shape.
 #pragma once
 
 #include <map>
@@ -28,8 +28,9 @@ struct ShapeQuad {
   world::Vec3f corner, u, v;
   world::Vec3f normal;  // unit, u x v; out of a box
   world::BlockId block;
-  int direction;   // a Face, or kBothSides
-  float emission;  // of the block's radiance as a cube, so that all of the shape sends out the block's power
+  int direction;       // a Face, or kBothSides
+  float emission;      // of the block's radiance as a cube, so that all of the shape sends out the block's power
+  uint32_t faces = 0;  // of the first of a shape: how many it has
 };
 
 struct ShapeChunk {
@@ -39,7 +40,7 @@ struct ShapeChunk {
   std::vector<FaceRecord> records;
   std::array<uint32_t, kShapeDirections + 1> first{};  // records of direction f: [first[f], first[f + 1])
   CornerBox bounds;                                    // of the voxels
-  uint64_t instances = 0;                              // voxels
+  std::vector<FaceRecord> instances;                   // a voxel each
 };
 
 class ShapeExtractor {

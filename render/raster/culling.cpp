@@ -36,7 +36,7 @@ namespace {
 struct SeenChunk {
   PooledChunk* chunk;
   uint32_t page;  // counted over all pools
-  uint32_t most_chunks;
+  const CulledPool* pool;
   int level;
   uint32_t detail;
   double distance;
@@ -80,14 +80,20 @@ uint32_t detail_of(const CulledPool& pool, const Camera& camera, world::VoxelPos
   return static_cast<uint32_t>(pool.level) | own << kChunkOwnShift | next << kChunkNextShift;
 }
 
+VkDrawIndexedIndirectCommand draw_of(const FaceCluster& cluster, bool points, uint32_t instance, uint32_t instances) {
+  return {cluster.count * (points ? 1 : 6), instances, 0, static_cast<int32_t>(cluster.first * (points ? 1 : 4)),
+          instance};
+}
+
 /// Fewer faces than this in the frustum cost less than the occlusion test.
 constexpr uint64_t kFewFaces = 16384;
 
 }  // namespace
 
+double pixels_at_one_metre(const PixelRays& rays, int height) { return height / (2 * rays.window_half_y); }
+
 double level_distance(int level, const PixelRays& rays, int height, double error_px) {
-  const double pixels_at_one_metre = height / (2 * rays.window_half_y);
-  return 0.5 * std::ldexp(1.0, level) * pixels_at_one_metre / error_px;
+  return 0.5 * std::ldexp(1.0, level) * pixels_at_one_metre(rays, height) / error_px;
 }
 
 void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRays& rays, double view_distance,
@@ -99,8 +105,9 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
   out.draws.clear();
   out.candidates.clear();
   out.clusters.clear();
-  uint32_t pages = 0;
-  for (const CulledPool& p : pools) pages += static_cast<uint32_t>(p.pool->pages());
+  std::vector<bool> points;  // of each page
+  for (const CulledPool& p : pools) points.insert(points.end(), p.pool->pages(), p.points);
+  const auto pages = static_cast<uint32_t>(points.size());
   out.first_end.assign(pages, 0);
   out.second_end.assign(pages, 0);
   out.first_faces = out.left_out = 0;
@@ -112,25 +119,30 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
   uint32_t first_page = 0;
   for (const CulledPool& p : pools) {
     for (PooledChunk& chunk : p.pool->chunks()) {
-      if (p.level == 0) out.culled.world += chunk.count;
+      const bool counts = p.level == 0 && !p.points;
+      if (counts) out.culled.world += chunk.count;
       const double scale = std::ldexp(1.0, p.level);
       const Vec3d corner = from_camera(camera, chunk.origin, p.level);
       const Vec3d low = corner + scale * box_corner(chunk.box.min), high = corner + scale * box_corner(chunk.box.max);
       const double distance = distance_to_box(low, high);
       if (distance > view_distance) {
-        if (p.level == 0) out.culled.distance += chunk.count;
+        if (counts) out.culled.distance += chunk.count;
         continue;
+      }
+      if (p.nearest > 0 || p.farthest < kNoNextLevel) {
+        const double of_chunk = distance_to_chunk(camera, chunk.origin, p.level);
+        if (of_chunk < p.nearest || of_chunk >= p.farthest) continue;
       }
       const uint32_t detail = detail_of(p, camera, chunk.origin);
       if (detail == kNotDrawn) {
-        if (p.level == 0) out.culled.detail += chunk.count;
+        if (counts) out.culled.detail += chunk.count;
         continue;
       }
       const Frustum::Side side = frustum.side(low, high);
       if (side != Frustum::outside)
-        seen.push_back({&chunk, first_page + chunk.page, p.most_chunks, p.level, detail, distance,
-                        side == Frustum::straddling, corner});
-      else if (p.level == 0)
+        seen.push_back(
+            {&chunk, first_page + chunk.page, &p, p.level, detail, distance, side == Frustum::straddling, corner});
+      else if (counts)
         out.culled.frustum += chunk.count;
     }
     first_page += static_cast<uint32_t>(p.pool->pages());
@@ -146,8 +158,10 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
     const size_t before = out.clusters.size();
     const double scale = std::ldexp(1.0, s.level);
     uint64_t ignored = 0;
-    const auto count = [&](uint64_t& of_voxels) -> uint64_t& { return s.level == 0 ? of_voxels : ignored; };
-    if (out.chunks.size() >= s.most_chunks) {
+    const auto count = [&](uint64_t& of_voxels) -> uint64_t& {
+      return s.level == 0 && !s.pool->points ? of_voxels : ignored;
+    };
+    if (out.chunks.size() >= s.pool->most_chunks) {
       out.left_out += s.chunk->count;
       continue;
     }
@@ -199,10 +213,11 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
       const FaceCluster& cluster = *out.clusters[i];
       if (out.pages[instances[i]] != page || !in_first[i]) continue;
       out.first_faces += cluster.count;
+      const VkDrawIndexedIndirectCommand draw = draw_of(cluster, points[page], instances[i], 1);
       if (last && last->first + last->count == cluster.first && out.draws.back().firstInstance == instances[i])
-        out.draws.back().indexCount += cluster.count * 6;
+        out.draws.back().indexCount += draw.indexCount;
       else
-        out.draws.push_back({cluster.count * 6, 1, 0, static_cast<int32_t>(cluster.first * 4), instances[i]});
+        out.draws.push_back(draw);
       last = &cluster;
     }
     out.first_end[page] = static_cast<uint32_t>(out.draws.size());
@@ -229,7 +244,7 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
                            0};
       if (in_first[i]) continue;
       out.candidates[i].draw = static_cast<int32_t>(out.draws.size());
-      out.draws.push_back({cluster.count * 6, 0, 0, static_cast<int32_t>(cluster.first * 4), instances[i]});
+      out.draws.push_back(draw_of(cluster, points[page], instances[i], 0));
     }
     out.second_end[page] = static_cast<uint32_t>(out.draws.size());
   }

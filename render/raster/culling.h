@@ -73,7 +73,13 @@ struct CulledPool {
   double to = kNoNextLevel;  // m: `from` of the next level, which takes the place of this one
   uint32_t most_chunks =
       ~0u;  // of it, nearest first: a draw list that is longer leaves out the others' and counts them
+  /// m: drawn of chunks at least as far as the first and nearer than the second, without a blend.
+  double nearest = 0, farthest = kNoNextLevel;
+  bool points = false;  // drawn a point a record; else 4 vertices and 6 indices
 };
+
+/// Of what faces the camera, at 1 m.
+double pixels_at_one_metre(const PixelRays& rays, int height);
 
 /// Distance from which on a level's surfaces, at most half a cell from where they are, lie at most error_px pixels off,
 /// m.

@@ -86,6 +86,16 @@ std::vector<PoolSource> pool_sources(std::span<const ShapeChunk* const> chunks) 
   return all;
 }
 
+std::vector<PoolSource> instance_sources(std::span<const ShapeChunk* const> chunks) {
+  std::vector<PoolSource> all(chunks.size());
+  for (size_t i = 0; i < chunks.size(); ++i) {
+    const ShapeChunk& c = *chunks[i];
+    all[i] = {c.origin, c.version, c.instances, {}, c.bounds};
+    all[i].first[kPoolDirections] = static_cast<uint32_t>(c.instances.size());  // seen from both sides
+  }
+  return all;
+}
+
 void FacePool::clear() {
   pages_.clear();
   chunks_.clear();

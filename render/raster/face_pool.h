@@ -30,6 +30,8 @@ struct PoolSource {
 };
 std::vector<PoolSource> pool_sources(std::span<const ExtractedChunk* const> chunks);
 std::vector<PoolSource> pool_sources(std::span<const ShapeChunk* const> chunks);
+/// A record a voxel in place of one a face.
+std::vector<PoolSource> instance_sources(std::span<const ShapeChunk* const> chunks);
 
 struct FaceCluster {
   uint32_t first = 0, count = 0;  // records of its page

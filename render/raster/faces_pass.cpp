@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
+#include <utility>
 
 #include "bare.frag.spv.h"
 #include "faces.frag.spv.h"
 #include "faces.vert.spv.h"
+#include "shape_points.frag.spv.h"
+#include "shape_points.vert.spv.h"
 #include "shapes.frag.spv.h"
 #include "shapes.vert.spv.h"
 #include "render/raster/stopwatch.h"
@@ -17,6 +21,9 @@ namespace {
 
 /// A near plane below this makes interpolated depth too coarse for the occlusion test, m.
 constexpr double kNearestForOcclusion = 0.005;
+
+/// Of a voxel, m.
+constexpr double kDiagonal = 1.7321;
 
 }  // namespace
 
@@ -37,23 +44,30 @@ world::Status FacesPass::fit_indices(PassContext& context, uint32_t largest) {
   auto* index = reinterpret_cast<uint32_t*>(indices_.mapped());
   for (uint32_t r = 0; r < records; ++r)
     for (const uint32_t corner : {0u, 1u, 2u, 2u, 1u, 3u}) *index++ = 4 * r + corner;
+  TRY(point_indices_, gpu::make_buffer(context.device, uint64_t{records} * 4, VK_BUFFER_USAGE_INDEX_BUFFER_BIT,
+                                       gpu::MemoryUse::upload));
+  auto* point = reinterpret_cast<uint32_t*>(point_indices_.mapped());
+  std::iota(point, point + records, 0u);
   indexed_records_ = records;
   return {};
 }
 
-world::Result<const Pipeline*> FacesPass::pipeline(PassContext& context, const Drawing& drawing, bool shapes,
+world::Result<const Pipeline*> FacesPass::pipeline(PassContext& context, const Drawing& drawing, Drawn what,
                                                    bool blends) {
   const FaceEdges edges = drawing.bare ? FaceEdges::hardware : drawing.knobs.face_edges;
   const bool clips = drawing.behind != nullptr;
-  Pipeline& found = pipelines_[{edges, shapes, blends, clips, drawing.bare}];
+  Pipeline& found = pipelines_[{edges, what, blends, clips, drawing.bare}];
   if (!found) {
     const std::array constants{Constant{kSpecExactEdges, edges == FaceEdges::exact}, Constant{kSpecBlends, blends},
                                Constant{kSpecClips, clips}};
-    const GraphicsState state{.colour = {kSeenFormat}, .depth = kDepthFormat};
-    const std::span<const uint32_t> vertex = shapes ? std::span<const uint32_t>(shapes_vert_spv) : faces_vert_spv,
-                                    fragment = drawing.bare ? std::span<const uint32_t>(bare_frag_spv)
-                                               : shapes     ? std::span<const uint32_t>(shapes_frag_spv)
-                                                            : faces_frag_spv;
+    GraphicsState state{.colour = {kSeenFormat}, .depth = kDepthFormat};
+    std::span<const uint32_t> vertex = faces_vert_spv, fragment = faces_frag_spv;
+    if (what == Drawn::shapes) vertex = shapes_vert_spv, fragment = shapes_frag_spv;
+    if (what == Drawn::points) {
+      state.topology = VK_PRIMITIVE_TOPOLOGY_POINT_LIST;
+      vertex = shape_points_vert_spv, fragment = shape_points_frag_spv;
+    }
+    if (drawing.bare) fragment = bare_frag_spv;
     TRY(found, make_graphics(context.device, vertex, fragment, state, constants));
   }
   return &found;
@@ -76,7 +90,17 @@ world::Status FacesPass::prepare(PassContext& context, const Drawing& drawing, F
   }
   const bool any_shapes = !drawing.shapes.chunks().empty();
   if (any_shapes) {
-    pools_.push_back({&drawing.shapes, 0, 0, pools_[0].to, kMostShapeChunks});
+    // A device without large points draws none.
+    const float most = std::min(drawing.knobs.shape_points_px, context.device.limits().pointSizeRange[1] / 4);
+    CulledPool shapes{&drawing.shapes, 0, 0, pools_[0].to, kMostShapeChunks};
+    if (most >= 1 && !drawing.bare)
+      shapes.farthest = pixels_at_one_metre(drawing.rays, drawing.height) * kDiagonal / most;
+    pools_.push_back(shapes);
+    if (shapes.farthest < kNoNextLevel) {
+      shapes.pool = &drawing.shape_points, shapes.points = true;
+      shapes.nearest = std::exchange(shapes.farthest, kNoNextLevel);
+      pools_.push_back(shapes);
+    }
     largest = std::max(largest, drawing.shapes.largest_chunk());
     TRY_STATUS(table_.prepare(context, drawing));
   }
@@ -84,10 +108,11 @@ world::Status FacesPass::prepare(PassContext& context, const Drawing& drawing, F
   watch.lap_ms();
   cull(pools_, drawing.camera, drawing.rays, drawing.knobs.view_distance, drawing.near >= kNearestForOcclusion, list_);
   report.passes.push_back({"cull", watch.lap_ms(), 0, 0});
-  TRY(cubes_, pipeline(context, drawing, false, list_.blends));
-  shapes_ = nullptr;
-  if (any_shapes) {
-    TRY(shapes_, pipeline(context, drawing, true, list_.blends));
+  drawn_by_.clear();
+  for (const CulledPool& pool : pools_) {
+    const Drawn what = pool.points ? Drawn::points : pool.pool == &drawing.shapes ? Drawn::shapes : Drawn::cubes;
+    TRY(const Pipeline* const by, pipeline(context, drawing, what, list_.blends));
+    drawn_by_.push_back(by);
   }
   TRY_STATUS(context.fill_texels(chunks_, VK_FORMAT_R32G32B32A32_SINT, list_.chunks.data(),
                                  list_.chunks.size() * sizeof(ChunkCorner)));
@@ -101,7 +126,6 @@ world::Status FacesPass::prepare(PassContext& context, const Drawing& drawing, F
 void FacesPass::record_draws(VkCommandBuffer commands, PassContext& context, bool second) {
   const VkImageView seen = context.targets.seen.view;
   begin_rendering(commands, context.targets, {&seen, 1}, context.targets.depth.view, !second);  // 0: sees no face
-  vkCmdBindIndexBuffer(commands, indices_.handle, 0, VK_INDEX_TYPE_UINT32);
   constexpr uint32_t kDrawBytes = sizeof(VkDrawIndexedIndirectCommand);
   uint32_t draw = second && !list_.first_end.empty() ? list_.first_end.back() : 0;
   const std::vector<uint32_t>& ends = second ? list_.second_end : list_.first_end;
@@ -109,9 +133,10 @@ void FacesPass::record_draws(VkCommandBuffer commands, PassContext& context, boo
   for (size_t p = 0; p < pools_.size(); ++p)
     for (size_t of_pool = 0; of_pool < pools_[p].pool->pages(); ++of_pool, ++page) {
       if (draw == ends[page]) continue;
-      const bool shapes = shapes_ && p + 1 == pools_.size();
+      const gpu::Buffer& indices = pools_[p].points ? point_indices_ : indices_;
+      vkCmdBindIndexBuffer(commands, indices.handle, 0, VK_INDEX_TYPE_UINT32);
       context.bindings.bind(kBindFaces, pools_[p].pool->page(of_pool));
-      context.bindings.use(commands, shapes ? *shapes_ : *cubes_);
+      context.bindings.use(commands, *drawn_by_[p]);
       while (draw < ends[page]) {
         const uint32_t some = std::min(ends[page] - draw, context.device.limits().maxDrawIndirectCount);
         vkCmdDrawIndexedIndirect(commands, draws_.handle, uint64_t{draw} * kDrawBytes, some, kDrawBytes);

@@ -23,15 +23,18 @@ class FacesPass : public Pass {
 
  private:
   world::Status fit_indices(PassContext& context, uint32_t largest);
-  world::Result<const Pipeline*> pipeline(PassContext& context, const Drawing& drawing, bool shapes, bool blends);
+  enum class Drawn { cubes, shapes, points };  // points: of shapes
+  world::Result<const Pipeline*> pipeline(PassContext& context, const Drawing& drawing, Drawn what, bool blends);
   void record_draws(VkCommandBuffer commands, PassContext& context, bool second);
 
-  std::map<std::tuple<FaceEdges, bool, bool, bool, bool>, Pipeline> pipelines_;
-  const Pipeline *cubes_ = nullptr, *shapes_ = nullptr;  // of the picture; shapes: null where there are none
+  std::map<std::tuple<FaceEdges, Drawn, bool, bool, bool>, Pipeline> pipelines_;
   OcclusionTest occlusion_;
-  std::vector<CulledPool> pools_;  // cubes by level, then shapes
+  std::vector<CulledPool> pools_;          // cubes by level, then shapes, then those of them that are points
+  std::vector<const Pipeline*> drawn_by_;  // of each pool
   ShapeTable table_;
-  gpu::Buffer indices_, chunks_, draws_;
+  gpu::Buffer indices_;        // of rectangles
+  gpu::Buffer point_indices_;  // 0, 1, 2, ...
+  gpu::Buffer chunks_, draws_;
   uint32_t indexed_records_ = 0;
   DrawList list_;
 };

@@ -48,6 +48,7 @@ struct Drawing {
   const world::WorldView& view;
   std::span<FacePool* const> faces;  // of cubes, by level; culling notes what is seen
   FacePool& shapes;                  // of blocks that have a shape of their own
+  FacePool& shape_points;            // the same, a record a voxel
   std::span<const ShapeQuad> quads;  // that the records of shapes name
   const Camera& camera;              // off the planes of the grid
   const PixelRays& rays;

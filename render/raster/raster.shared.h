@@ -170,8 +170,10 @@ SHARED_CONST uint kSeenShape = 0x80000000u, kSeenChunkShift = 18u;
 SHARED_CONST uint kMostShapeChunks = 1u << 14;
 
 /// A face of a shape: corner, w: lit; u, w: block as an int's bits; v, w: emission over that of a cube; normal, w:
-/// direction as an int's bits, 6 for both sides; along u; along v: (p - corner) . along = 0..1 on it.
-SHARED_CONST uint kQuadVectors = 6u;
+/// direction as an int's bits, 6 for both sides; along u, w: of the corner; along v, w: of the corner: (p - corner) .
+/// along = 0..1 on it; normal, w: . corner. Of the first face of a shape: its box's low corner, w: how many faces it
+/// has, as an int's bits; its high corner.
+SHARED_CONST uint kQuadVectors = 9u;
 
 #ifdef __cplusplus
 static_assert(sizeof(PictureConstants) == (13 + 12 + 14 + 3 + 7 + 18) * 16);

@@ -95,6 +95,14 @@ world::Result<uint64_t> Rasterizer::set_level(int level, std::span<const Extract
   return levels_[static_cast<size_t>(level)]->update(*device_, pool_sources(chunks));
 }
 
+world::Result<uint64_t> Rasterizer::set_shapes(std::span<const ShapeChunk* const> chunks,
+                                               std::span<const ShapeQuad> quads) {
+  quads_ = quads;
+  TRY(const uint64_t of_faces, shape_pool_.update(*device_, pool_sources(chunks)));
+  TRY(const uint64_t of_points, shape_points_.update(*device_, instance_sources(chunks)));
+  return of_faces + of_points;
+}
+
 world::Status Rasterizer::fit_targets(int width, int height, const TargetNeeds& needs) {
   const bool has_colour = targets_.colour.handle != VK_NULL_HANDLE;
   if (targets_.width == width && targets_.height == height && has_colour == needs.colour) return {};
@@ -257,9 +265,9 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
   std::vector<FacePool*> levels;
   for (const auto& level : levels_) levels.push_back(level.get());
   TRY_STATUS(lighting_.see(*device_, camera, width, height));
-  const Drawing drawing{view,      levels,  shape_pool_, quads_, camera, rays,  sky,    sky.environment,    lighting_,
-                        textured_, shading, knobs,       light,  near,   width, height, finish.inhabitants, bare,
-                        behind,    mirrored};
+  const Drawing drawing{view, levels,          shape_pool_, shape_points_,      quads_,  camera, rays,
+                        sky,  sky.environment, lighting_,   textured_,          shading, knobs,  light,
+                        near, width,           height,      finish.inhabitants, bare,    behind, mirrored};
   Frame frame;
   FrameReport& report = frame.report;
 

@@ -32,10 +32,7 @@ class Rasterizer {
   world::Result<uint64_t> set_level(int level, std::span<const ExtractedChunk* const> chunks);
   void set_level_count(int levels);
   /// The same of shapes; `quads` must live until the picture is drawn.
-  world::Result<uint64_t> set_shapes(std::span<const ShapeChunk* const> chunks, std::span<const ShapeQuad> quads) {
-    quads_ = quads;
-    return shape_pool_.update(*device_, pool_sources(chunks));
-  }
+  world::Result<uint64_t> set_shapes(std::span<const ShapeChunk* const> chunks, std::span<const ShapeQuad> quads);
   /// near: view depth in metres closer than which nothing lies in the picture.
   world::Result<Frame> draw(const world::WorldView& view, const Camera& camera, const SkyView& sky,
                             const Shading& shading, SurfaceLight::Kind light, const RenderKnobs& knobs, double near,
@@ -83,7 +80,7 @@ class Rasterizer {
 
   std::unique_ptr<gpu::Device> device_;            // first member: dies last
   std::vector<std::unique_ptr<FacePool>> levels_;  // of cubes
-  FacePool shape_pool_{FacePool::box_of_voxel};
+  FacePool shape_pool_{FacePool::box_of_voxel}, shape_points_{FacePool::box_of_voxel};
   std::span<const ShapeQuad> quads_;
   ShadowGrid shadow_grid_;
   LightGrid light_grid_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 
 #include <glm/geometric.hpp>
 
@@ -30,8 +31,19 @@ world::Status ShapeTable::prepare(PassContext& context, const Drawing& drawing) 
     quads.emplace_back(q.u, std::bit_cast<float>(uint32_t{q.block}));
     quads.emplace_back(q.v, q.emission);
     quads.emplace_back(q.normal, std::bit_cast<float>(q.direction));
-    quads.emplace_back(world::Vec3f(glm::cross(v, n) / square), 0);
-    quads.emplace_back(world::Vec3f(glm::cross(n, u) / square), 0);
+    const world::Vec3d along_u = glm::cross(v, n) / square, along_v = glm::cross(n, u) / square, corner(q.corner);
+    quads.emplace_back(world::Vec3f(along_u), static_cast<float>(glm::dot(along_u, corner)));
+    quads.emplace_back(world::Vec3f(along_v), static_cast<float>(glm::dot(along_v, corner)));
+    quads.emplace_back(q.normal, glm::dot(q.normal, q.corner));
+    world::Vec3f low(INFINITY), high(-INFINITY);
+    for (uint32_t i = 0; i < q.faces; ++i) {
+      const ShapeQuad& face = (&q)[i];
+      for (const world::Vec3f& p :
+           {face.corner, face.corner + face.u, face.corner + face.v, face.corner + face.u + face.v})
+        low = glm::min(low, p), high = glm::max(high, p);
+    }
+    quads.emplace_back(low, std::bit_cast<float>(q.faces));
+    quads.emplace_back(high, 0);
   }
   std::vector<vec4> lit;
   for (const world::Vec3f& n : normals) {

@@ -120,6 +120,28 @@ TEST_F(ShapesOfBlocks, AreDrawnAsTheyAreTraced) {
   }
 }
 
+/// Each pixel asks its own ray either way; where two faces meet, rounding of depth may choose the other one.
+TEST_F(ShapesOfBlocks, AsPointsTheyAreThePictureThatTheyAreAsFaces) {
+  constexpr world::VoxelPos kUp{0, 56, 0};  // just below the end of its chunk
+  const world::World w = garden(kUp);
+  // Plants of 8 to 30 pixels, cut by the picture's border.
+  const NamedCamera cameras[] = {{"down", camera_at(kUp, {-8.4, 16.2, 1.3}, {0.1, -1, 0.03})},
+                                 {"slanted", camera_at(kUp, {-12.3, 17.1, -9.2}, {0.7, -0.7, 0.6})},
+                                 {"along", camera_at(kUp, {20.3, 18.1, 9.2}, {-0.9, -0.5, -0.1})}};
+  for (const NamedCamera& view : cameras) {
+    RenderKnobs knobs;
+    knobs.shape_points_px = 0;
+    const Frame faces = frame(*raster_, w, view.camera, knobs);
+    knobs.shape_points_px = 60;
+    const Frame points = frame(*raster_, w, view.camera, knobs);
+    EXPECT_LT(points.report.faces_drawn, 0.5 * static_cast<double>(faces.report.faces_drawn)) << view.name;
+    const double same = share_within(points.image, faces.image, 0);
+    std::printf("  %-14s %.4f %% of pixels equal\n", view.name.c_str(), 100 * same);
+    EXPECT_GE(same, 0.9999) << view.name;
+    EXPECT_GE(share_within(points.image, frame(*raycast_, w, view.camera).image, 2), 0.999) << view.name;
+  }
+}
+
 TEST_F(ShapesOfBlocks, FarOutLookTheSame) {
   constexpr world::VoxelPos kFar{10'000'000, 0, -10'000'000};
   const Image near = frame(*raster_, garden(), garden_cameras()[0].camera).image;

@@ -2,7 +2,8 @@
 /// rasterizer.
 ///
 /// levels  the valley, whole, 640x360 from its first camera: lod_error_px of 0 to 16
-/// shapes  a meadow of 20,000 plants and fences: as cubes, as two crossed sheets each, as they are
+/// shapes  a meadow of 20,000 plants and fences: as cubes, as two crossed sheets each, as they are; the last also
+///         without points for what is small
 /// Times are of whole pictures after the first, in which all was made. Far voxels are smaller than pixels: errors are
 /// against what a pixel sees in the mean, since a picture through the middles of pixels is as far from that without
 /// coarser levels (knob 0).
@@ -109,6 +110,9 @@ void add_subject_level_of_detail(Registry& registry) {
       add_ladder(settings, context, "meadow", near, std::string(names[static_cast<size_t>(kind)]), 0,
                  kind == render::ProxyShapes::mesh, knobs);
     }
+    render::RenderKnobs no_points;
+    no_points.shape_points_px = 0;
+    add_ladder(settings, context, "meadow", near, "mesh, without points", 0, false, no_points);
     return settings;
   };
   registry.add(std::move(subject));

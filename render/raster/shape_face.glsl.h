@@ -1,0 +1,28 @@
+// Where the ray of a pixel meets a face of a shape: what the fragment shaders of shapes share. Needs `picture`.
+#ifndef LOAM_RENDER_RASTER_SHAPE_FACE_GLSL_H
+#define LOAM_RENDER_RASTER_SHAPE_FACE_GLSL_H
+
+layout(binding = kBindShapeQuads) uniform samplerBuffer quads;
+
+/// Faces that meet overlap by this, so that rounding leaves no gap between them.
+const float kOverlap = 1e-5;
+
+vec3 ray_of_pixel() {
+  return picture.corner.xyz + gl_FragCoord.x * picture.step_x.xyz + gl_FragCoord.y * picture.step_y.xyz;
+}
+
+/// Along the ray, to the face's plane. corner: of the face, relative to the camera.
+float distance_to_face(uint quad, vec3 corner, vec3 ray) {
+  const vec3 normal = texelFetch(quads, int(quad * kQuadVectors) + 3).xyz;
+  return dot(normal, corner) / dot(normal, ray);
+}
+
+/// Whether the place t along the ray lies in front of the camera and on the face.
+bool lies_on_face(uint quad, vec3 corner, vec3 ray, float t) {
+  const int at = int(quad * kQuadVectors);
+  const vec3 place = t * ray - corner;
+  const vec2 on = vec2(dot(place, texelFetch(quads, at + 4).xyz), dot(place, texelFetch(quads, at + 5).xyz));
+  return t > 0.0 && all(greaterThanEqual(on, vec2(-kOverlap))) && all(lessThanEqual(on, vec2(1.0 + kOverlap)));
+}
+
+#endif
