@@ -305,7 +305,13 @@ void LiquidLevels::sort_tops(const Cells& cells) {
   }
 }
 
-void LiquidLevels::change(PageId p, int index, int by) {
+void LiquidLevels::change(Cells& cells, PageId p, int index, int by) {
+  if (cells.met_heat()) {
+    if (by < 0)
+      heat_->take(cells, p, index, -by, (*pages_)[p].own()[index]);
+    else
+      heat_->give(p, index, by);
+  }
   pages_->add(p, index, by);
   if (p >= is_touched_.size()) is_touched_.resize(p + 1);  // pressing opens pages
   if (is_touched_[p]) return;
@@ -347,11 +353,11 @@ bool LiquidLevels::level_body(Cells& cells) {
       // Of air, nothing lies in it: the full voxel under it gives.
       const int index = from.voxel();
       if (from.amount > 0)
-        change(from.page, index, -given_all);
+        change(cells, from.page, index, -given_all);
       else if (index & 56)
-        change(from.page, index - 8, -given_all);
+        change(cells, from.page, index - 8, -given_all);
       else
-        change(cells.around(from.page)[kBelow], index + 56, -given_all);
+        change(cells, cells.around(from.page)[kBelow], index + 56, -given_all);
     }
     given_all = 0;
     if (--high > low) gives = can_give(top(high)), head_from = top(high).head();
@@ -379,7 +385,7 @@ bool LiquidLevels::level_body(Cells& cells) {
     Place p{top(low).page, top(low).voxel()};
     for (int room = kFullVoxel - top(low).amount; taken_all > 0; room = kFullVoxel, p = above(p)) {
       const int taken = std::min(taken_all, room);
-      if (taken > 0) change(p.page, p.index, taken);
+      if (taken > 0) change(cells, p.page, p.index, taken);
       taken_all -= taken;
     }
     taken_all = 0, pressed = false;
@@ -406,6 +412,7 @@ bool LiquidLevels::level_body(Cells& cells) {
   }
   if (given_all > 0) leave_high();
   if (taken_all > 0) leave_low();
+  heat_->settle(cells);
   return any;
 }
 
@@ -420,10 +427,11 @@ void LiquidLevels::store_changes(Cells& cells) {
   result_.voxels_changed += changed;
 }
 
-const LiquidLevels::Result& LiquidLevels::level(Cells& cells, LiquidPages& pages, std::span<const PageId> list,
-                                                uint64_t round, uint64_t seed,
+const LiquidLevels::Result& LiquidLevels::level(Cells& cells, LiquidPages& pages, LiquidHeat& heat,
+                                                std::span<const PageId> list, uint64_t round, uint64_t seed,
                                                 world::FunctionRef<bool(PageId)> is_wavy) {
   pages_ = &pages;
+  heat_ = &heat;
   result_.voxels_changed = 0;
   result_.moved.assign(list.size(), 0);
   const int32_t shift = round & 1 ? kTileLeaves / 2 : 0;

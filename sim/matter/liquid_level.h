@@ -31,6 +31,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "sim/matter/liquid_heat.h"
 #include "sim/matter/liquid_pages.h"
 #include "world/base/function_ref.h"
 #include "world/store/leaf_flood.h"
@@ -45,9 +46,10 @@ class LiquidLevels {
     uint64_t voxels_changed = 0;
     std::vector<uint8_t> moved;  // by entry of the list
   };
-  /// Bodies that hold a part of a page for which `is_wavy` says so are left alone.
-  const Result& level(Cells& cells, LiquidPages& pages, std::span<const PageId> list, uint64_t round, uint64_t seed,
-                      world::FunctionRef<bool(PageId)> is_wavy);
+  /// Bodies that hold a part of a page for which `is_wavy` says so are left alone. What moves takes its `heat` along:
+  /// all that the tops of a body give is shared among those that take.
+  const Result& level(Cells& cells, LiquidPages& pages, LiquidHeat& heat, std::span<const PageId> list, uint64_t round,
+                      uint64_t seed, world::FunctionRef<bool(PageId)> is_wavy);
 
  private:
   /// A voxel in which the surface of a body lies.
@@ -106,10 +108,11 @@ class LiquidLevels {
   void sort_tops(const Cells& cells);
   bool has_full_side(Cells& cells, PageId p, int index);
   bool level_body(Cells& cells);
-  void change(PageId p, int index, int by);
+  void change(Cells& cells, PageId p, int index, int by);
   void store_changes(Cells& cells);
 
   LiquidPages* pages_ = nullptr;
+  LiquidHeat* heat_ = nullptr;
   std::vector<Leaf> leaves_;                                           // of a tile, 16^3, and those beyond it
   std::unordered_map<world::LeafPos, size_t, world::PosHash> beyond_;  // their indices
   std::vector<size_t> body_;                                           // indices in leaves_

@@ -262,6 +262,7 @@ void LiquidWaves::flow(double dt, const Liquid& liquid) {
       e.flow = share(e.flow, std::max<int64_t>(0, to.room()), to.in);
     if (e.flow == 0) e.u = 0;  // against a wall of it
   }
+  if (has_heat_) carry_heats();
   for (const Edge& e : edges_) {
     Well &from = wells_[e.u > 0 ? e.a : e.b], &to = wells_[e.u > 0 ? e.b : e.a];
     from.amount -= e.flow;
@@ -269,9 +270,69 @@ void LiquidWaves::flow(double dt, const Liquid& liquid) {
   }
 }
 
+namespace {
+
+int64_t voxels_of(int64_t amount) { return (amount + kFullVoxel - 1) / kFullVoxel; }
+int index_at(uint8_t column, int32_t y) { return (column >> 3) * 64 + (y & 7) * 8 + (column & 7); }
+
+}  // namespace
+
+void LiquidWaves::find_heats(const Cells& cells) {
+  for (Well& w : wells_)
+    for (int32_t k = 0; !w.drop && k < voxels_of(w.amount); ++k)
+      if (const int32_t* heats = cells.find_heats(page_of(w, w.floor + k)))
+        w.heat += heats[index_at(w.column, w.floor + k)];
+}
+
+/// What flows takes its part of the heat that its well has now.
+void LiquidWaves::carry_heats() {
+  for (Edge& e : edges_) {
+    e.flow_heat = 0;
+    if (e.flow == 0) continue;
+    const Well& from = wells_[e.u > 0 ? e.a : e.b];
+    e.flow_heat = static_cast<int64_t>(static_cast<__int128>(from.heat) * e.flow / from.amount);
+  }
+  for (Edge& e : edges_) {
+    if (e.flow == 0) continue;
+    Well &from = wells_[e.u > 0 ? e.a : e.b], &to = wells_[e.u > 0 ? e.b : e.a];
+    from.flowed = to.flowed = true;
+    from.heat -= e.flow_heat;
+    (to.drop ? e.deposit_heat : to.heat) += e.flow_heat;
+  }
+}
+
+/// Shares the heat of each well out by amounts.
+void LiquidWaves::write_heats(Cells& cells, LiquidHeat& heat) {
+  for (const Well& w : wells_) {
+    if (w.drop || !w.flowed) continue;
+    int64_t given = 0, below = 0;  // of what is shared, up to a voxel
+    for (int32_t k = 0; k < voxels_of(std::max({w.amount, w.before, int64_t{1}})); ++k) {
+      const PageId p = page_of(w, w.floor + k);
+      const int index = index_at(w.column, w.floor + k);
+      const int32_t* heats = cells.find_heats(p);
+      const int64_t before = heats && k < voxels_of(w.before) ? heats[index] : 0;
+      below = std::min(w.amount, below + kFullVoxel);
+      const int64_t up_to =
+          w.amount == 0 ? w.heat : static_cast<int64_t>(static_cast<__int128>(w.heat) * below / w.amount);
+      const int64_t change = up_to - given - before;
+      given = up_to;
+      if (change == 0) continue;
+      heat.add(cells, p, index, change);
+      cells.stir_heat(p);
+    }
+  }
+  for (const Edge& e : edges_) {
+    if (e.deposit_heat == 0) continue;
+    const Well& to = wells_[wells_[e.a].drop ? e.a : e.b];
+    const PageId p = page_of(to, e.low);
+    heat.add(cells, p, index_at(to.column, e.low), e.deposit_heat);
+    cells.stir_heat(p);
+  }
+}
+
 void LiquidWaves::set(LiquidPages& pages, const Well& w, int32_t y, int amount) {
   const PageId p = page_of(w, y);
-  const int index = (w.column >> 3) * 64 + (y & 7) * 8 + (w.column & 7);
+  const int index = index_at(w.column, y);
   const int now = pages[p].own()[index];
   if (now == amount) return;
   pages.add(p, index, amount - now);
@@ -283,15 +344,14 @@ void LiquidWaves::set(LiquidPages& pages, const Well& w, int32_t y, int amount) 
 void LiquidWaves::write(LiquidPages& pages) {
   for (const Well& w : wells_) {
     if (w.drop || w.amount == w.before) continue;
-    const auto voxels = static_cast<int32_t>((std::max(w.amount, w.before) + kFullVoxel - 1) / kFullVoxel);
-    for (int32_t k = 0; k < voxels; ++k)
+    for (int32_t k = 0; k < voxels_of(std::max(w.amount, w.before)); ++k)
       set(pages, w, w.floor + k,
           static_cast<int>(std::clamp<int64_t>(w.amount - int64_t{k} * kFullVoxel, 0, kFullVoxel)));
   }
   for (const Edge& e : edges_) {
     if (e.deposit == 0) continue;
     const Well& to = wells_[wells_[e.a].drop ? e.a : e.b];
-    const int index = (to.column >> 3) * 64 + (e.low & 7) * 8 + (to.column & 7);
+    const int index = index_at(to.column, e.low);
     set(pages, to, e.low, pages[page_of(to, e.low)].own()[index] + static_cast<int>(e.deposit));
   }
 }
@@ -314,7 +374,8 @@ void LiquidWaves::keep() {
       for (const auto& [y, page] : blocks_[n].pages) wavy_.push_back(page);
 }
 
-void LiquidWaves::step(Cells& cells, LiquidPages& pages, std::span<const PageId> flowing, const Liquid& liquid) {
+void LiquidWaves::step(Cells& cells, LiquidPages& pages, LiquidHeat& heat, std::span<const PageId> flowing,
+                       const Liquid& liquid) {
   find_blocks(cells, pages, flowing);
   is_touched_.assign(cells.page_limit(), 0);
   is_wavy_.assign(cells.page_limit(), 0);
@@ -322,6 +383,8 @@ void LiquidWaves::step(Cells& cells, LiquidPages& pages, std::span<const PageId>
   wells_.clear(), edges_.clear();
   for (uint32_t n = 0; n < blocks_.size(); ++n) find_wells(pages, n);
   find_edges(pages);
+  has_heat_ = cells.met_heat();
+  if (has_heat_) find_heats(cells);
   find_depths();
   double fastest = 0;
   for (const Edge& e : edges_) {
@@ -336,6 +399,7 @@ void LiquidWaves::step(Cells& cells, LiquidPages& pages, std::span<const PageId>
     flow(dt, liquid);
   }
   find_depths();
+  if (has_heat_) write_heats(cells, heat);
   write(pages);
   keep();
   for (const PageId p : wavy_) is_wavy_[p] = 1;

@@ -25,6 +25,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "sim/matter/liquid_heat.h"
 #include "sim/matter/liquid_pages.h"
 #include "world/base/errors.h"
 
@@ -38,8 +39,9 @@ class LiquidWaves {
     double tick_s = 0.05;
   };
   /// One tick. `flowing`: pages that hold some of it, viewed; those around them are opened. The changed amounts are in
-  /// `pages`, to be stored; see touched().
-  void step(Cells& cells, LiquidPages& pages, std::span<const PageId> flowing, const Liquid& liquid);
+  /// `pages`, to be stored; see touched(). Heat goes along into `heat`'s cells: a well through which something flows is
+  /// mixed.
+  void step(Cells& cells, LiquidPages& pages, LiquidHeat& heat, std::span<const PageId> flowing, const Liquid& liquid);
   const std::vector<PageId>& touched() const { return touched_; }
   /// Pages in whose columns something moves, or would.
   const std::vector<PageId>& wavy() const { return wavy_; }
@@ -61,6 +63,8 @@ class LiquidWaves {
     bool drop = false;                                               // its floor isn't known: what comes in falls on
     std::array<uint32_t, 2> next{kNone, kNone}, prev{kNone, kNone};  // edges along x, z
     int64_t out = 0, in = 0;                                         // in a part of a tick
+    int64_t heat = 0;                                                // of its voxels, mixed once something flows
+    bool flowed = false;
     int64_t surface() const { return int64_t{floor} * kFullVoxel + amount; }
     int64_t room() const { return int64_t{ceiling - floor} * kFullVoxel - amount; }
   };
@@ -73,6 +77,7 @@ class LiquidWaves {
     int64_t from_a = 0, from_b = 0;  // amounts above the opening's floor
     int64_t flow = 0;
     int64_t room = 0, deposit = 0;  // of the voxel in which what drops arrives
+    int64_t flow_heat = 0, deposit_heat = 0;
   };
   /// Pages of one column of leaves.
   struct Block {
@@ -100,6 +105,9 @@ class LiquidWaves {
   double upstream(const Edge& e, uint32_t at_a, uint32_t at_b) const;
   void accelerate(Edge& e, double dt, const Liquid& liquid);
   void flow(double dt, const Liquid& liquid);
+  void find_heats(const Cells& cells);
+  void carry_heats();
+  void write_heats(Cells& cells, LiquidHeat& heat);
   void write(LiquidPages& pages);
   void keep();
   void set(LiquidPages& pages, const Well& w, int32_t y, int amount);
@@ -108,6 +116,7 @@ class LiquidWaves {
   std::vector<Block> blocks_;                             // by x, then z
   std::vector<Well> wells_;
   std::vector<Edge> edges_;
+  bool has_heat_ = false;
   std::vector<PageId> touched_, wavy_;
   std::vector<uint8_t> is_touched_, is_wavy_;
 };

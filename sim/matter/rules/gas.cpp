@@ -7,7 +7,7 @@
 ///   bubbles    sim/matter/gas_swaps.h
 ///   heat       What goes takes its part of the voxel's energy along: units that go over those that fill the voxel. The
 ///              energy of steam is that beyond air at rest, so that steam that mixes with cold air is no longer warm
-///              all through. Liquids that flow leave their heat where it is (rules/liquid.cpp).
+///              all through.
 ///   thinning   Gases of thins_out_per_s in reactions.toml (smoke, steam) mix with the air where they are thin; what
 ///              goes is booked as out. Others stay for ever, to the unit.
 #include <algorithm>

@@ -8,7 +8,8 @@
 ///
 /// A tick takes the liquids one after the other, the heaviest first. A voxel holds one of them. What is neither that
 /// liquid nor air is a wall to it while it flows, and gases bear it; then denser liquids sink under lighter ones, voxel
-/// by voxel: sim/matter/liquid_layers.h.
+/// by voxel: sim/matter/liquid_layers.h. What flows takes its heat along, but for levels of block games:
+/// sim/matter/liquid_heat.h.
 #include <algorithm>
 #include <atomic>
 #include <map>
@@ -16,6 +17,7 @@
 #include <fmt/format.h>
 
 #include "sim/matter/liquid_game_levels.h"
+#include "sim/matter/liquid_heat.h"
 #include "sim/matter/liquid_layers.h"
 #include "sim/matter/liquid_level.h"
 #include "sim/matter/liquid_pages.h"
@@ -81,6 +83,7 @@ class Liquid final : public Rule {
   std::vector<uint8_t> kept_;      // by page: it is awake because this rule kept it so
   LiquidLevels levels_;
   LiquidLayers layers_;
+  LiquidHeat heat_;
 };
 
 Liquid::Fluid& Liquid::fluid_of(const Cells& cells, BlockId liquid) {
@@ -140,6 +143,7 @@ void Liquid::fall_all(Cells& cells, LiquidPages& pages) {
   each(0, fall_page);
   add_targets(cells, pages, known);
   each(known, fall_page);
+  heat_.fall(cells, pages, flowing_, moves_, round_);
   for (size_t n = 0; n < flowing_.size(); ++n) pages[flowing_[n]].follow(moves_[n]);
 }
 
@@ -173,6 +177,7 @@ void Liquid::slide_all(Cells& cells, LiquidPages& pages, const Spread& spread, u
     if (moves_[n].restless) cells.awake(rule_).add(flowing_[n]);
   add_targets(cells, pages, known);
   each(known, slide_page);
+  heat_.slide(cells, pages, flowing_, moves_, round_, spread.film);
   for (size_t n = 0; n < flowing_.size(); ++n) pages[flowing_[n]].follow(moves_[n]);
 }
 
@@ -183,7 +188,7 @@ void Liquid::roll(Cells& cells, Fluid& fluid) {
   liquid.viscosity = static_cast<double>(traits.viscosity_pa_s) / static_cast<double>(traits.density);
   liquid.film = kFilm;
   liquid.tick_s = kTickSeconds;
-  fluid.waves.step(cells, fluid.pages, flowing_, liquid);
+  fluid.waves.step(cells, fluid.pages, heat_, flowing_, liquid);
   for (const PageId p : fluid.waves.touched()) {
     if (fluid.pages[p].listed == list_) continue;
     fluid.pages[p].listed = list_;
@@ -238,8 +243,8 @@ void Liquid::flow_of(Cells& cells, Fluid& fluid, const Tick& tick, RuleReport& r
 
 /// Pressure, through all of each body. Pages stay awake until rounds of both kinds of tiles have moved nothing.
 void Liquid::level(Cells& cells, Fluid& fluid, const Tick& tick, RuleReport& report) {
-  const LiquidLevels::Result& result = levels_.level(cells, fluid.pages, flowing_, tick.number / kLevelTicks, tick.seed,
-                                                     [&](PageId p) { return fluid.waves.is_wavy(p); });
+  const LiquidLevels::Result& result = levels_.level(cells, fluid.pages, heat_, flowing_, tick.number / kLevelTicks,
+                                                     tick.seed, [&](PageId p) { return fluid.waves.is_wavy(p); });
   report.voxels_changed += result.voxels_changed;
   levelled_.resize(cells.page_limit(), 0);
   for (size_t n = 0; n < flowing_.size(); ++n) {
@@ -312,6 +317,10 @@ RuleReport Liquid::step(Cells& cells, const Tick& tick) {
   }
   kept_.assign(cells.page_limit(), 0);
   for (const PageId p : set.next()) kept_[p] = 1;
+  if (const int64_t lost = heat_.take_lost(); lost != 0) {
+    cells.book_heat(-lost);
+    report.notes.push_back(fmt::format("{} units of heat didn't fit into their voxels", lost));
+  }
   cells.spread();
   for (const auto& fluid : liquids_) report.bytes += fluid->pages.bytes();
   if (set.empty()) liquids_.clear();  // all is at rest
@@ -323,8 +332,8 @@ RuleReport Liquid::step(Cells& cells, const Tick& tick) {
 RuleInfo liquid_info() {
   return {.name = "liquid",
           .what = "water, oil, lava and others flow and find their level",
-          .conserves = "amount of each liquid",
-          .layers = "blocks, liquid",
+          .conserves = "amount of each liquid, heat",
+          .layers = "blocks, liquid, heat",
           .calls = [](const world::Block& block) { return block.phase == world::Phase::liquid; }};
 }
 std::unique_ptr<Rule> make_liquid_rule(size_t rule) { return std::make_unique<Liquid>(rule); }
