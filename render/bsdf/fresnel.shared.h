@@ -12,11 +12,14 @@ SHARED_NAMESPACE(render)
 
 /* cos_i in [0, 1]; eta: index of refraction beyond over that on this side, > 0. In [0, 1]. */
 SHARED float fresnel_reflectance(float cos_i, float eta) {
-  /* eta times the cosine beyond, as in refracted_direction: where eta is 1 it is cos_i itself. */
+  /* Where eta is 1 the cosine beyond is cos_i, which a device's sqrt of its square may miss: nothing would become a
+   * reflection of some 1e-15, and a path more to follow. */
+  if (eta == 1.0f) return 0.0f;
+  /* eta times the cosine beyond, as in refracted_direction */
   float squared = (eta - 1.0f) * (eta + 1.0f) + cos_i * cos_i;
   if (!(squared >= 0.0f)) return 1.0f;
   float beyond = sqrt(squared);
-  if (!(cos_i + beyond > 0.0f)) return eta == 1.0f ? 0.0f : 1.0f;
+  if (!(cos_i + beyond > 0.0f)) return 1.0f;
   float across = (cos_i - beyond) / (cos_i + beyond);
   float within = (eta * cos_i - beyond / eta) / (eta * cos_i + beyond / eta);
   return min(0.5f * (across * across + within * within), 1.0f);
