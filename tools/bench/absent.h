@@ -51,7 +51,8 @@ constexpr double kTimeSlack = 1.05;
 
 /// Every case of the folder.
 std::vector<AbsentCase> absent_cases();
-/// Runs both scenes by turns, at least three times each and up to `seconds` in all.
+/// Runs both scenes by turns, of some pairs made anew, at least three times each and up to `seconds` in all.
+/// 0: once each, to compare what they make and do; the time is not looked at.
 AbsentRow run_absent(const AbsentCase& the_case, BenchContext& context, double seconds);
 
 std::string absent_text(const std::vector<AbsentRow>& rows);

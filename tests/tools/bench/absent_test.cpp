@@ -54,6 +54,21 @@ TEST(BenchAbsent, RulesThatNothingCallsForCostNothing) {
   }
 }
 
+TEST(BenchAbsent, PicturesOfEffectsThatNothingCallsForAreTheSame) {
+  BenchContext context(true, 1);
+  size_t drawn = 0;
+  for (const AbsentCase& c : absent_cases()) {
+    if (!c.effect.starts_with("raster_") && !c.effect.starts_with("raycast_")) continue;
+    const AbsentRow row = run_absent(c, context, 0);
+    if (row.no_device) continue;
+    // Here as to pictures and counters: what time it takes is for the benchmark to say.
+    EXPECT_TRUE(row.equal) << c.effect << ": " << row.fault;
+    EXPECT_EQ(row.passes + row.leaves_visited + row.bytes, 0u) << c.effect;
+    ++drawn;
+  }
+  EXPECT_GE(drawn, 15u);
+}
+
 TEST(BenchStability, ABoundThatIsNotKeptAndANaiveWayThatKeepsItAreFaults) {
   BenchContext context(true, 1);
   StabilityCase c{"X", "claim", "unit", 1, "origin", [](BenchContext&) -> Result<double> { return 0.5; }};

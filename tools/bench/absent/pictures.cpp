@@ -1,13 +1,16 @@
 /// What pictures of a scene cost for effects that have no strength there: each effect at strength 0, against the scene
-/// that has nothing of it, by each backend.
+/// that has nothing of it, by each backend; and knobs of effects that are off, or that nothing in the scene calls for,
+/// against those knobs as they usually are.
 #include <bit>
 
 #include <fmt/format.h>
 
 #include "render/backend.h"
+#include "render/knobs.h"
 #include "tools/bench/absent.h"
 #include "tools/picture.h"
 #include "tools/bench/world_fill.h"
+#include "tools/knob_settings.h"
 #include "world/base/random.h"
 #include "world/media/medium.h"
 
@@ -113,6 +116,52 @@ const Zero kZeros[] = {
      }},
 };
 
+/// Knobs that must change nothing of the plain world's picture.
+struct Idle {
+  const char* effect;  // as reports name its passes and its work
+  const char* what;
+  std::vector<std::string> backends, settings;
+};
+
+const Idle kIdles[] = {
+    {"bloom",
+     "a wide bloom in full of strength 0",
+     {"raster", "raycast"},
+     {"bloom=0", "bloom_radius=0.2", "bloom_threshold=0.1", "bloom_levels=0"}},
+    {"lens_flare",
+     "a flare of the sun, which is behind the camera",
+     {"raster", "raycast"},
+     {"lens_flare=2", "lens_flare_blades=8"}},
+    {"grain", "grain of another seed, of strength 0", {"raster", "raycast"}, {"grain=0", "grain_seed=7"}},
+    {"exposure", "the key of an automatic exposure that is off", {"raster", "raycast"}, {"exposure_key=0.5"}},
+    {"transparency",
+     "traced refraction and reflection where nothing is see-through",
+     {"raster"},
+     {"transparency=lists", "refraction=traced", "reflection=traced", "coverage_pattern=hashed"}},
+    {"fog", "512 steps through fog that is not there", {"raster"}, {"fog_steps=512"}},
+    {"spot_maps",
+     "maps of 1024 texels of spots that are not there",
+     {"raster"},
+     {"luminaire_shadow=map", "spot_map_texels=1024", "luminaire_cutoff=0"}},
+    {"sun_map",
+     "the finest map of the sun, whose shadow is cast by rays",
+     {"raster", "raycast"},
+     {"sun_map_texel=0.25", "sun_map_filter=5"}},
+    {"flux",
+     "flux at its finest, in a world lit by the sky alone",
+     {"raster", "raycast"},
+     {"flux_directions=128", "flux_lamp_points=16", "flux_residual=1e-4"}},
+    {"sky_rays", "a far occlusion that no ray asks for", {"raster"}, {"occlusion_distance=1e9"}},
+    {"particles", "a long shutter where nothing is in the air", {"raster", "raycast"}, {"shutter=0.1"}},
+    {"proxies", "shapes as cubes where no block has a shape", {"raster", "raycast"}, {"proxy_shapes=cube"}},
+    {"contours", "the exact surface of a level set that is not there", {"raycast"}, {"contours=field"}},
+    {"photons", "photons of a transport that follows none", {"raycast"}, {"photons=400000", "photon_radius=0.5"}},
+    {"time_of_day",
+     "the place and the air of a sky that has no time of day",
+     {"raster", "raycast"},
+     {"latitude=10", "day_of_year=30", "turbidity=8", "moon=false"}},
+};
+
 /// The work that reports name after the effect.
 AbsentRun run_of(const render::Frame& frame, const std::string& effect) {
   AbsentRun run;
@@ -157,6 +206,18 @@ void add_absent_pictures(std::vector<AbsentCase>& cases) {
              for (Drawn* drawn : {&without, &with}) {
                TRY(drawn->backend, make_backend(name));
                if (drawn->backend && std::string(name) == "reference") drawn->knobs.spp = 2;
+             }
+             return AbsentCase::Pair{without, with};
+           }});
+  for (const Idle& idle : kIdles)
+    for (const std::string& name : idle.backends)
+      cases.push_back(
+          {fmt::format("{}_idle_{}", name, idle.effect), fmt::format("{}, by {}", idle.what, name),
+           [=](BenchContext&) -> Result<AbsentCase::Pair> {
+             Drawn without{plain_world(), nullptr, {}, idle.effect}, with{plain_world(), nullptr, {}, idle.effect};
+             TRY_STATUS(set_knobs(render::render_knobs(), with.knobs, idle.settings));
+             for (Drawn* drawn : {&without, &with}) {
+               TRY(drawn->backend, make_backend(name));
              }
              return AbsentCase::Pair{without, with};
            }});
