@@ -1,14 +1,26 @@
 #include "render/extract/extractor.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 #include "render/extract/cavities.h"
 #include "render/extract/proxies.h"
 #include "world/base/jobs.h"
+#include "world/store/leaf_copy.h"
 
 namespace render {
 
 using namespace world;
+
+double ChunkRange::distance(ChunkPos c) const {
+  double squared = 0;
+  for (int a = 0; a < 3; ++a) {
+    const double between = std::max<double>(std::abs(double(c[a]) - centre[a]) - 1, 0) * kChunkSize;
+    squared += between * between;
+  }
+  return std::sqrt(squared);
+}
 
 struct Extractor::Chunk : ExtractedChunk {
   ChunkFaces by_leaf;
@@ -28,9 +40,12 @@ FaceSource Extractor::source(const WorldView& view) {
 
 void Extractor::make_records(const Store& store, Chunk& chunk) const {
   thread_local std::vector<LeafBlocks> blocks;
+  thread_local std::vector<std::array<BlockId, kLeafVoxels>> room;
   blocks.resize(chunk.by_leaf.leaf.size());
-  StoreReader reader(store);
-  for (size_t i = 0; i < blocks.size(); ++i) blocks[i] = reader.leaf(leaf_in_chunk(chunk.pos, chunk.by_leaf.leaf[i]));
+  if (room.size() < blocks.size()) room.resize(blocks.size());
+  LeafCopies leaves(store);
+  for (size_t i = 0; i < blocks.size(); ++i)
+    blocks[i] = leaves.leaf(leaf_in_chunk(chunk.pos, chunk.by_leaf.leaf[i]), room[i]);
   if (knobs_.merge_faces) {
     render::merge_faces(chunk.by_leaf, blocks, chunk);
   } else {
@@ -48,11 +63,16 @@ ExtractReport Extractor::report(uint64_t leaves_extracted, uint64_t chunks_merge
   return {leaves_extracted, chunks_merged, chunks_.size(), faces_, quads_};
 }
 
-ExtractReport Extractor::rebuild(const WorldView& view, const ExtractKnobs& knobs) {
-  knobs_ = knobs;
-  sealed_ = knobs.sealed_cavities ? MaskVolume() : find_sealed_cavities(*source(view).opaque);
-  const FaceSource from = source(view);
-  const std::vector<ChunkPos> positions = occupied_chunks(*from.occupied);
+/// Occupied chunks that the range needs and that aren't held, sorted.
+std::vector<ChunkPos> Extractor::missing(const MaskVolume& occupied) const {
+  std::vector<ChunkPos> all = occupied_chunks(occupied);
+  if (range_.everything()) return all;
+  std::erase_if(all, [&](ChunkPos c) { return !range_.needs(c) || held_.contains(c); });
+  return all;
+}
+
+/// Returns how many leaves it looked at one by one.
+uint64_t Extractor::extract(const WorldView& view, const FaceSource& from, std::span<const ChunkPos> positions) {
   std::vector<std::unique_ptr<Chunk>> made(positions.size());
   std::vector<uint64_t> leaves(positions.size());
   parallel_ranges(positions.size(), 8, [&](size_t begin, size_t end) {
@@ -61,7 +81,7 @@ ExtractReport Extractor::rebuild(const WorldView& view, const ExtractKnobs& knob
     for (size_t i = begin; i < end; ++i) {
       leaves[i] = extract_chunk_faces(from, &reader, positions[i], faces);
       if (faces.empty()) continue;
-      if (knobs.skirts)
+      if (knobs_.skirts)
         for (size_t l = 0; l < faces.leaf.size(); ++l)
           add_skirts(*from.opaque, leaf_in_chunk(positions[i], faces.leaf[l]), faces.faces[l]);
       made[i] = std::make_unique<Chunk>();
@@ -73,18 +93,52 @@ ExtractReport Extractor::rebuild(const WorldView& view, const ExtractKnobs& knob
       make_records(view.store(), *made[i]);
     }
   });
-  chunks_.clear();
-  faces_ = quads_ = 0;
   uint64_t leaves_extracted = 0;
   for (size_t i = 0; i < made.size(); ++i) {
     leaves_extracted += leaves[i];
+    if (!range_.everything()) held_.insert(positions[i]);
     if (!made[i]) continue;
     made[i]->version = next_version_++;
     faces_ += made[i]->faces, quads_ += made[i]->records.size();
     chunks_.emplace(positions[i], std::move(made[i]));
   }
+  return leaves_extracted;
+}
+
+ExtractReport Extractor::rebuild(const WorldView& view, const ExtractKnobs& knobs, const ChunkRange& range) {
+  knobs_ = knobs;
+  range_ = range;
+  sealed_ = knobs.sealed_cavities ? MaskVolume() : find_sealed_cavities(*source(view).opaque);
+  const FaceSource from = source(view);
+  chunks_.clear();
+  held_.clear();
+  faces_ = quads_ = 0;
+  const uint64_t leaves_extracted = extract(view, from, missing(*from.occupied));
   sort_chunks();
   return report(leaves_extracted, chunks_.size());
+}
+
+ExtractReport Extractor::follow(const WorldView& view, const ChunkRange& range) {
+  if (range == range_) return report(0, 0);
+  if (range.everything() || range_.everything()) {
+    // What is held isn't noted where that is everything.
+    held_.clear();
+    if (range.everything()) chunks_.clear(), faces_ = quads_ = 0;
+    for (const auto& [pos, chunk] : chunks_) held_.insert(pos);
+  }
+  range_ = range;
+  const size_t before = chunks_.size();
+  std::erase_if(held_, [&](ChunkPos c) { return !range_.keeps(c); });
+  std::erase_if(chunks_, [&](const auto& entry) {
+    if (range_.keeps(entry.first)) return false;
+    faces_ -= entry.second->faces, quads_ -= entry.second->records.size();
+    return true;
+  });
+  const size_t kept = chunks_.size();
+  const FaceSource from = source(view);
+  const uint64_t leaves_extracted = extract(view, from, missing(*from.occupied));
+  if (kept != before || chunks_.size() != kept) sort_chunks();
+  return report(leaves_extracted, chunks_.size() - kept);
 }
 
 ExtractReport Extractor::update(const WorldView& view, std::span<const LeafPos> dirty) {
@@ -106,9 +160,16 @@ ExtractReport Extractor::update(const WorldView& view, std::span<const LeafPos> 
       tasks.push_back({chunk_from_leaf(n), n, false});
     }
   };
+  // Others are extracted as they are once the range needs them. One that it needs and that isn't held was air.
+  const auto is_held = [&](ChunkPos c) {
+    if (range_.everything() || held_.contains(c)) return true;
+    if (range_.needs(c)) held_.insert(c);
+    return range_.needs(c);
+  };
   for (const LeafPos l : dirty) add(l, true);
   if (!knobs_.sealed_cavities)
     for (const LeafPos l : reopen_cavities(sealed_, *from.opaque, dirty)) add(l, false);
+  std::erase_if(tasks, [&](const Task& task) { return !is_held(task.chunk); });
   std::sort(tasks.begin(), tasks.end(), [](const Task& a, const Task& b) {
     return std::tie(a.chunk, a.leaf, b.blocks_changed) < std::tie(b.chunk, b.leaf, a.blocks_changed);
   });

@@ -1,14 +1,19 @@
 /// Owns the visible faces of a world: a list of face records a chunk, kept up to date leaf by leaf.
 ///
+/// All of a world, or of one that is too large for that the chunks near a place, which follow it: those that are new
+/// cost some 50 us each, and what is far goes, so that a flight holds no more than a stay.
+///
 /// An edit re-extracts the dirty leaves and their six face neighbours and merges again only the chunks in which that
 /// changed anything. Chunks are worked on in parallel; the result does not depend on threads or on history, but for
 /// sealed cavities (see update()).
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "render/extract/greedy.h"
@@ -31,6 +36,19 @@ struct ExtractKnobs {
   friend bool operator==(const ExtractKnobs&, const ExtractKnobs&) = default;
 };
 
+/// Chunks near a place. Distances are between the boxes of chunks, in voxels of the extracted store.
+struct ChunkRange {
+  ChunkPos centre;  // the chunk of the place
+  double need = std::numeric_limits<double>::infinity();
+
+  bool everything() const { return need == std::numeric_limits<double>::infinity(); }
+  bool needs(ChunkPos c) const { return distance(c) <= need; }
+  /// Farther ones go. Some are kept beyond what is needed, so that a place that moves to and fro costs nothing.
+  bool keeps(ChunkPos c) const { return distance(c) <= need + 2 * kChunkSize; }
+  double distance(ChunkPos c) const;
+  friend bool operator==(const ChunkRange&, const ChunkRange&) = default;
+};
+
 struct ExtractReport {
   uint64_t leaves_extracted = 0;              // whose masks were made
   uint64_t chunks_merged = 0;                 // whose records were made
@@ -47,13 +65,15 @@ class Extractor {
   /// What follows the same world first, and whose voxels are no cubes; null: all are. It must live as long.
   const ShapeExtractor* shapes = nullptr;
 
-  /// Extracts everything. Finds all sealed cavities where the knob asks for it.
-  ExtractReport rebuild(const world::WorldView& view, const ExtractKnobs& knobs);
+  /// Extracts everything in the range. Finds all sealed cavities of the world where the knob asks for it.
+  ExtractReport rebuild(const world::WorldView& view, const ExtractKnobs& knobs, const ChunkRange& range = {});
+  /// Extracts what is new in the range, and drops what is far from it. Its chunks are then those of rebuild().
+  ExtractReport follow(const world::WorldView& view, const ChunkRange& range);
   /// Follows edits: `dirty` holds the leaves that changed (Store::take_dirty). Equal to rebuild(), but for cavities
   /// that an edit has newly closed: their faces stay until the next rebuild(). An opened cavity is found at once.
   ExtractReport update(const world::WorldView& view, std::span<const world::LeafPos> dirty);
 
-  /// Chunks that have faces, sorted by position.
+  /// Chunks that have faces, sorted by position: all that the range needs, and some that it keeps.
   const std::vector<const ExtractedChunk*>& chunks() const { return sorted_; }
   const ExtractKnobs& knobs() const { return knobs_; }
   /// True where the voxel lies in a cavity whose faces were left out: a camera there needs sealed_cavities on.
@@ -63,11 +83,15 @@ class Extractor {
  private:
   struct Chunk;
   FaceSource source(const world::WorldView& view);
+  std::vector<ChunkPos> missing(const world::MaskVolume& occupied) const;
+  uint64_t extract(const world::WorldView& view, const FaceSource& from, std::span<const ChunkPos> positions);
   void make_records(const world::Store& store, Chunk& chunk) const;
   void sort_chunks();
   ExtractReport report(uint64_t leaves_extracted, uint64_t chunks_merged) const;
 
   ExtractKnobs knobs_;
+  ChunkRange range_;
+  std::unordered_set<ChunkPos, world::PosHash> held_;  // extracted, with faces or without; of a range alone
   world::MaskVolume sealed_;
   std::optional<SeeThroughKinds> kinds_;  // where knobs_.see_through
   std::unordered_map<ChunkPos, std::unique_ptr<Chunk>, world::PosHash> chunks_;

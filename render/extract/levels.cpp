@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <mutex>
 
 #include "render/extract/proxies.h"
 #include "world/base/jobs.h"
+#include "world/store/leaf_copy.h"
+#include "world/store/snapshot.h"
 
 namespace render {
 
@@ -74,7 +77,7 @@ struct CoarseLeaf {
   std::array<BlockId, kLeafVoxels> blocks;
 };
 
-void make_leaf(StoreReader& reader, const MaskVolume& occupied, LeafPos l, CoarseLeaf& out) {
+void make_leaf(LeafCopies& reader, const MaskVolume& occupied, LeafPos l, CoarseLeaf& out) {
   Children c;
   bool same = true, any = false;
   for (int i = 0; i < 8; ++i) {
@@ -85,8 +88,9 @@ void make_leaf(StoreReader& reader, const MaskVolume& occupied, LeafPos l, Coars
   }
   out.any = out.uniform = false;
   if (!any) return;
+  std::array<BlockId, kLeafVoxels> room[8];
   for (int i = 0; i < 8; ++i) {
-    c.blocks[i] = reader.leaf({l.x * 2 + (i >> 2), l.y * 2 + (i >> 1 & 1), l.z * 2 + (i & 1)});
+    c.blocks[i] = reader.leaf({l.x * 2 + (i >> 2), l.y * 2 + (i >> 1 & 1), l.z * 2 + (i & 1)}, room[i]);
     same &= !c.blocks[i].values && c.blocks[i].uniform == c.blocks[0].uniform;
   }
   if (same) {
@@ -104,7 +108,8 @@ CoarseLevels::~CoarseLevels() = default;
 
 const Extractor& CoarseLevels::level(int k) const { return levels_[static_cast<size_t>(k - 1)]->faces; }
 
-void CoarseLevels::rebuild(const WorldView& view, const ShapeExtractor* shapes, int count, const ExtractKnobs& knobs) {
+void CoarseLevels::rebuild(const WorldView& view, const ShapeExtractor* shapes, int count, const ExtractKnobs& knobs,
+                           const RangeOf& range_of) {
   levels_.clear();
   shapes_ = shapes;
   for (int k = 1; k <= count; ++k) {
@@ -114,23 +119,31 @@ void CoarseLevels::rebuild(const WorldView& view, const ShapeExtractor* shapes, 
       for (const MaskRegion* r : occupied.regions()) regions.push_back({r->pos.x >> 1, r->pos.y >> 1, r->pos.z >> 1});
       std::sort(regions.begin(), regions.end());
       regions.erase(std::unique(regions.begin(), regions.end()), regions.end());
-      std::vector<std::unique_ptr<RegionBuilder>> built(regions.size());
+      unsigned kinds = 0;
+      for (const MaskKind kind : {MaskKind::occupied, MaskKind::opaque}) {
+        made->cells.store.masks(kind);
+        kinds |= 1u << static_cast<unsigned>(kind);
+      }
+      // Each is packed as soon as it is made, so that those of a large world are never all open.
+      std::mutex installing;
       parallel_ranges(regions.size(), 1, [&](size_t begin, size_t end) {
-        StoreReader reader(store);
+        LeafCopies reader(store);
         CoarseLeaf leaf;
         for (size_t i = begin; i < end; ++i) {
-          built[i] = std::make_unique<RegionBuilder>(regions[i]);
+          RegionBuilder built(regions[i]);
           for (int l = 0; l < kLeavesPerRegion; ++l) {
             make_leaf(reader, occupied, leaf_from_region(regions[i]) + leaf_offset_in_region(l), leaf);
             if (!leaf.any) continue;
             if (leaf.uniform)
-              built[i]->set_uniform(l, leaf.blocks[0]);
+              built.set_uniform(l, leaf.blocks[0]);
             else
-              built[i]->set_leaf(l, leaf.blocks);
+              built.set_leaf(l, leaf.blocks);
           }
+          PreparedRegion packed(built, view.palette(), kinds);
+          const std::lock_guard lock(installing);
+          made->cells.store.install(std::move(packed));
         }
       });
-      for (auto& region : built) made->cells.store.adopt(std::move(*region));
     };
     if (k == 1) {
       build(view.store(), shapes ? shapes->cubes_occupied(view) : view.masks(MaskKind::occupied));
@@ -138,8 +151,15 @@ void CoarseLevels::rebuild(const WorldView& view, const ShapeExtractor* shapes, 
       const Store& below = levels_.back()->cells.store;
       build(below, below.masks(MaskKind::occupied));
     }
-    made->faces.rebuild(WorldView(made->cells), knobs);
+    made->faces.rebuild(WorldView(made->cells), knobs, range_of(k));
     levels_.push_back(std::move(made));
+  }
+}
+
+void CoarseLevels::follow(const RangeOf& range_of) {
+  for (int k = 1; k <= count(); ++k) {
+    Level& level = *levels_[static_cast<size_t>(k - 1)];
+    level.faces.follow(WorldView(level.cells), range_of(k));
   }
 }
 
@@ -154,7 +174,7 @@ void CoarseLevels::update(const WorldView& view, std::span<const LeafPos> dirty)
                                  : shapes_ ? shapes_->cubes_occupied(view)
                                            : view.masks(MaskKind::occupied);
     Level& level = *levels_[k];
-    StoreReader reader(below);
+    LeafCopies reader(below);
     std::vector<CoarseLeaf> made(leaves.size());
     std::vector<LeafWrite> writes;
     for (size_t i = 0; i < leaves.size(); ++i) {

@@ -87,7 +87,7 @@ class Raster : public RasterBackend {
     if (!rasterizer_) TRY_STATUS(open());
     TRY_STATUS(check_light(light, knobs));
     TRY(const SkyView sky, sky_view(view.environment(), knobs, sky_light_));
-    TRY(const std::vector<world::LeafPos> dirty, follow(view, camera, knobs, height));
+    TRY(const std::vector<world::LeafPos> dirty, follow(view, camera, knobs, width, height));
     const double extract_ms = ms_since(start);
     const auto upload_start = Clock::now();
     TRY(uint64_t bytes, rasterizer_->set_faces(extractor_.chunks()));
@@ -204,7 +204,7 @@ class Raster : public RasterBackend {
   /// Brings the extracted faces up to date with the store.
   /// Returns the leaves that changed.
   world::Result<std::vector<world::LeafPos>> follow(const world::WorldView& view, const Camera& camera,
-                                                    const RenderKnobs& knobs, int height) {
+                                                    const RenderKnobs& knobs, int width, int height) {
     if (view.store().identity() != store_) {
       store_ = view.store().identity();
       subscriber_ = view.store().subscribe();
@@ -220,23 +220,35 @@ class Raster : public RasterBackend {
                           .skirts = levels > 0,
                           .see_through = knobs.transparency != Transparency::opaque};
     };
+    // Which chunks of a level may be drawn, wherever in its chunk the camera is. A mirror's camera is elsewhere.
+    const PixelRays rays(camera, width, height);
+    const auto range_of = [&](int level) {
+      const world::VoxelPos eye = camera.position.voxel;
+      ChunkRange range{chunk_from_voxel({eye.x >> level, eye.y >> level, eye.z >> level})};
+      if (level >= levels || knobs.reflection == Reflection::planar) return range;
+      const double next = raster::level_distance(level + 1, rays, height, knobs.lod_error_px) * raster::kBlendBand;
+      range.need = std::ldexp(next, -level) + 4 * kChunkSize;  // to the next level's chunk, twice as large
+      return range;
+    };
     const bool fresh = !extracted_ || shapes_.kind() != knobs.proxy_shapes;
     TRY_STATUS(fresh ? shapes_.rebuild(view, knobs.proxy_shapes) : shapes_.update(view, dirty));
     extractor_.shapes = &shapes_;
     if (fresh || !(extractor_.knobs() == wanted()))
-      extractor_.rebuild(view, wanted());
+      extractor_.rebuild(view, wanted(), range_of(0));
     else if (!dirty.empty())
       extractor_.update(view, dirty);
+    extractor_.follow(view, range_of(0));
     // A camera in a cavity that was left out needs its faces, now and for the pictures that follow.
     if (extractor_.in_sealed_cavity(camera.position.voxel)) {
       camera_in_cavity_ = true;
-      extractor_.rebuild(view, wanted());
+      extractor_.rebuild(view, wanted(), range_of(0));
     }
     const ExtractKnobs coarse{knobs.merge_faces, knobs.sealed_cavities, true};
     if (fresh || levels != levels_.count() || !(coarse == coarse_))
-      levels_.rebuild(view, &shapes_, levels, coarse), rasterizer_->set_level_count(0);
+      levels_.rebuild(view, &shapes_, levels, coarse, range_of), rasterizer_->set_level_count(0);
     else
       levels_.update(view, dirty);
+    levels_.follow(range_of);
     coarse_ = coarse;
     extracted_ = true;
     return dirty;

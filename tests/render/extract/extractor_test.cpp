@@ -133,5 +133,72 @@ TEST(Extractor, AnOpenedCavityShowsItsFaces) {
   expect_equal(extractor, anew);
 }
 
+/// A plate of 2048 x 128 voxels, 32 chunks long, with bumps.
+World long_plate() {
+  World w = small_world();
+  EditBatch batch;
+  batch.fill({{0, 0, 0}, {2047, 3, 127}}, 1);
+  for (int i = 0; i < 500; ++i) {
+    const uint64_t r = random_bits(9, i, 0, 0);
+    const VoxelPos v{static_cast<int>(r % 2040), 3, static_cast<int>(r / 2048 % 120)};
+    batch.fill({v, v + VoxelPos{7, static_cast<int>(r >> 40) % 9, 7}}, 2);
+  }
+  CHECK(w.store.apply(batch).ok());
+  return w;
+}
+
+TEST(Extractor, NearAPlaceItHoldsWhatAllOfTheWorldHasThereAndLittleMore) {
+  World w = long_plate();
+  const int subscriber = w.store.subscribe();
+  const double need = 200;
+  Extractor near;
+  near.rebuild(WorldView(w), {true, true}, {{0, 0, 0}, need});
+  // There and back, with edits near, far, in what was air, and in what is only kept.
+  for (int step = 0; step <= 40; ++step) {
+    const ChunkRange range{{step <= 20 ? step : 40 - step, 0, 0}, need};
+    EditBatch batch;
+    batch.set({(step * 331) % 2048, 4 + step % 3, step}, 2);
+    batch.set({(step * 64 + 700) % 2048, 70 + step, 5}, 1);
+    batch.fill({{step * 40, 1, 20}, {step * 40 + 9, 5, 24}}, kAir);
+    ASSERT_TRUE(w.store.apply(batch).ok());
+    const WorldView view(w);
+    near.update(view, w.store.take_dirty(subscriber));
+    near.follow(view, range);
+    Extractor all;
+    all.rebuild(view, {true, true});
+    std::vector<const ExtractedChunk*> needed;
+    for (const ExtractedChunk* c : near.chunks()) {
+      EXPECT_TRUE(range.keeps(c->pos));
+      if (range.needs(c->pos)) needed.push_back(c);
+    }
+    size_t found = 0;
+    for (const ExtractedChunk* c : all.chunks()) {
+      if (!range.needs(c->pos)) continue;
+      ASSERT_LT(found, needed.size());
+      EXPECT_EQ(needed[found]->pos, c->pos);
+      EXPECT_EQ(needed[found]->records, c->records);
+      EXPECT_EQ(needed[found++]->all_bounds, c->all_bounds);
+    }
+    EXPECT_EQ(found, needed.size());
+    EXPECT_LT(near.bytes(), 0.7 * static_cast<double>(all.bytes()));
+  }
+  // All of it again.
+  near.follow(WorldView(w), {});
+  Extractor all;
+  all.rebuild(WorldView(w), {true, true});
+  expect_equal(near, all);
+}
+
+TEST(Extractor, LeavesNothingUnpackedInTheWorld) {
+  World w = long_plate();
+  w.store.pack();
+  w.store.masks(MaskKind::occupied);
+  w.store.masks(MaskKind::opaque);
+  const size_t before = w.store.bytes_memory();
+  Extractor extractor;
+  EXPECT_GT(extractor.rebuild(WorldView(w), {true, true}).faces, 0u);
+  EXPECT_EQ(w.store.bytes_memory(), before);
+}
+
 }  // namespace
 }  // namespace render

@@ -135,5 +135,25 @@ TEST(Levels, ShowNoHoleWhileTheyBlend) {
   }
 }
 
+TEST(Levels, ThereAndBackThePictureIsTheSame) {
+  auto flown = make_raster({.validation = true}), fresh = make_raster({.validation = true});
+  ASSERT_TRUE(flown.ok() && fresh.ok());
+  world::World w = wide_hills();
+  RenderKnobs knobs = with_error(8);  // fine levels reach but a chunk or two
+  knobs.sealed_cavities = true;
+  const auto eye = [](int step) { return camera_at({}, {-240.3 + 12 * step, 45.2, 3.4}, {1, -0.25, 0.1}); };
+  for (int step = 0; step <= 20; ++step) {
+    const Camera camera = eye(step <= 10 ? 4 * step : 80 - 4 * step);
+    world::EditBatch batch;
+    batch.fill({{step * 20 - 200, 12, -8}, {step * 20 - 190, 40, 8}}, block(w, step % 2 ? "brick_red" : "sand"));
+    apply(w, batch);
+    const Image drawn = frame(**flown, w, camera, knobs).image;
+    if (step % 5 != 0) continue;
+    fresh = make_raster({.validation = true});
+    const Image anew = frame(**fresh, w, camera, knobs).image;
+    EXPECT_EQ(std::memcmp(drawn.pixels.data(), anew.pixels.data(), anew.pixels.size() * sizeof(Rgb)), 0) << step;
+  }
+}
+
 }  // namespace
 }  // namespace render

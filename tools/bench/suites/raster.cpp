@@ -1,12 +1,17 @@
 /// Pictures of the valley by the rasterizer, from a camera that looks around, after what it derives has been made.
 #include <cmath>
+#include <mutex>
 
 #include "render/backend.h"
 #include "render/extract/extractor.h"
 #include "render/raster/raster.h"
 #include "tools/bench/benchmark.h"
+#include "tools/bench/flight.h"
 #include "tools/picture.h"
+#include "world/base/jobs.h"
+#include "world/gen/generator.h"
 #include "world/scenes/scene.h"
+#include "world/store/snapshot.h"
 
 namespace tools {
 
@@ -110,6 +115,84 @@ Result<Prepared> prepare_plants(BenchContext&, bool edit) {
                   .counters = [=] { return counters_of(*report, 1); }};
 }
 
+/// The valley's land as wide as its camera sees at 4 km, its regions packed as they are made.
+Result<std::shared_ptr<world::World>> wide_valley(bool quick) {
+  TRY(const world::Scene scene, world::load_scene("valley"));
+  const auto w = std::make_shared<world::World>(world::standard_blocks());
+  w->environment = scene.environment, w->cameras = scene.cameras;
+  TRY(const auto generator, world::make_generator("valley", scene.seed, scene.parameters, *w->palette));
+  unsigned kinds = 0;
+  for (const world::MaskKind kind : {world::MaskKind::occupied, world::MaskKind::opaque}) {
+    w->store.masks(kind);
+    kinds |= 1u << static_cast<unsigned>(kind);
+  }
+  const int half = quick ? 8 : 32;  // regions
+  std::mutex installing;
+  world::parallel_for(size_t(4) * half * half * 2, [&](size_t i) {
+    const int n = static_cast<int>(i), side = 2 * half;
+    const world::RegionPos pos{n / 2 / side - half, n % 2, n / 2 % side - half};
+    world::RegionBuilder region(pos);
+    generator->generate(region);
+    world::PreparedRegion made(region, *w->palette, kinds);
+    const std::lock_guard lock(installing);
+    w->store.install(std::move(made));
+  });
+  return w;
+}
+
+constexpr double kMiB = 1024 * 1024;
+
+/// Of a picture of the wide valley: what following the camera took, ms.
+double follow_ms(const render::FrameReport& report) {
+  double ms = 0;
+  for (const render::PassReport& pass : report.passes)
+    if (pass.name == "extract" || pass.name == "upload") ms += pass.ms;
+  return ms;
+}
+
+/// Frames to all sides, or the longest time that following the camera takes of a frame while it flies.
+Result<Prepared> prepare_wide(BenchContext& context, bool flies) {
+  const size_t before = resident_bytes();
+  TRY(const std::shared_ptr<world::World> valley, wide_valley(context.quick()));
+  TRY(const std::vector<render::Camera> views, cameras(*valley));
+  render::RenderKnobs knobs = render::render_knobs().preset(world::Accuracy::fast);
+  knobs.view_distance = 4096;
+  knobs.proxy_shapes = render::ProxyShapes::cube;
+  const auto report = std::make_shared<render::FrameReport>();
+  const auto memory = [=] {
+    return std::map<std::string, double>{
+        {"resident_MiB", static_cast<double>(resident_bytes() - before) / kMiB},
+        {"blocks_and_masks_MiB", static_cast<double>(valley->store.bytes_memory()) / kMiB}};
+  };
+  if (!flies) {
+    TRY(const auto frames, frames_of(*valley, views, "raster", knobs, report));
+    return Prepared{.ours = {"raster", [valley, frames] { return frames(); }}, .counters = [=] {
+                      auto counters = counters_of(*report, static_cast<double>(views.size()));
+                      counters.merge(memory());
+                      return counters;
+                    }};
+  }
+  TRY(std::shared_ptr<render::Backend> backend, make_backend("raster"));
+  const auto camera = std::make_shared<render::Camera>(views[0]);
+  const auto draw = [=]() -> double {
+    const auto frame = backend->render(world::WorldView(*valley), *camera, knobs, 320, 180);
+    camera->position.voxel.x += 2;  // 30 m/s at 15 frames/s
+    return frame.ok() ? follow_ms(frame->report) : std::nan("");
+  };
+  const double first_ms = draw();
+  const auto most_MiB = std::make_shared<double>(0);
+  return Prepared{.ours = {"raster",
+                           [=] {
+                             double longest = 0;
+                             for (int i = 0; i < 150; ++i) longest = std::max(longest, draw());
+                             *most_MiB = std::max(*most_MiB, static_cast<double>(resident_bytes() - before) / kMiB);
+                             return longest;
+                           }},
+                  .counters = [=] {
+                    return std::map<std::string, double>{{"first_picture_ms", first_ms}, {"resident_MiB", *most_MiB}};
+                  }};
+}
+
 Result<Prepared> prepare(BenchContext& context, world::Accuracy accuracy, float view_distance = 0,
                          const std::string& rival = "raycast") {
   TRY(const world::World* valley, context.world("valley"));
@@ -189,6 +272,26 @@ void add_suite_raster(Registry& registry) {
        .clock = Clock::wall,
        .repetitions = 1,
        .prepare = prepare_culling});
+  registry.add({.name = "valley_4km",
+                .what =
+                    "land of 8192x8192 m like the valley's at 1280x720, four directions, 4 km view distance, accuracy "
+                    "fast, plants as cubes; counters say what it holds in memory (aim: under 2048 MiB)",
+                .unit = "frames/s",
+                .threads = 2,
+                .clock = Clock::wall,
+                .repetitions = 3,
+                .reach = Reach{20, "lavapipe on 2 cores: 20 frames/s"},
+                .prepare = [](BenchContext& c) { return prepare_wide(c, false); }});
+  registry.add({.name = "valley_4km_flight",
+                .what = "the longest that extraction and upload take of a frame while a camera flies over it at 30 m/s",
+                .unit = "ms",
+                .better = Better::lower,
+                .timing = Timing::reported,
+                .threads = 2,
+                .clock = Clock::wall,
+                .repetitions = 3,
+                .reach = Reach{50, "no hitch above 50 ms"},
+                .prepare = [](BenchContext& c) { return prepare_wide(c, true); }});
   registry.add({.name = "plants_100k",
                 .what = "105,625 plants, each a shape of its own, all in the picture, 1280x720",
                 .unit = "frames/s",
