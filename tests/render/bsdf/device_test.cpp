@@ -41,10 +41,11 @@ struct Field {
   const char* name;
   size_t first, count;
 };
+constexpr size_t kDrawnIn = 36;
 constexpr Field kFields[] = {{"finite density", 0, 3},      {"pdf", 3, 1},
                              {"probability in", 4, 3},      {"probability out", 7, 3},
                              {"incoming impulses", 10, 13}, {"outgoing impulses", 23, 13},
-                             {"scatter in", 36, 8},         {"scatter out", 44, 8}};
+                             {"scatter in", kDrawnIn, 8},   {"scatter out", 44, 8}};
 
 Answer answer(const Question& q) {
   const Bsdf& bsdf = bsdfs()[q.bsdf];
@@ -114,8 +115,14 @@ TEST(EveryBsdfOnTheDevice, AnswersAsOnTheProcessor) {
         if (asked[i].bsdf != bsdf) continue;
         const Answer here = answer(asked[i]);
         // Exponentials on the device: (3 + 2 |x|) ulp for e^x, and x up to -88 counts; roots and quotients 3 ulp.
-        // Directions' rounding is magnified by a lobe's slope.
-        const double share = 1e-5 + 1e-6 * std::sqrt(asked[i].parameters.smoothness);
+        // Directions' rounding is magnified by a lobe's slope, sqrt(s) for those drawn; and turns the half vector by
+        // as much over the length of the two directions' sum, which is short where both graze the surface.
+        double sum = 1;
+        if (const bool impulse = here[field.first + 7] != 0; field.first >= kDrawnIn && !impulse) {
+          const Vec3f drawn{here[field.first], here[field.first + 1], here[field.first + 2]};
+          sum = std::min(1.0, 0.5 * length(drawn + (field.first == kDrawnIn ? asked[i].wo : asked[i].wi)));
+        }
+        const double share = 1e-5 + 1e-6 * std::sqrt(asked[i].parameters.smoothness) / sum;
         double off = 0;
         size_t furthest = field.first;
         for (size_t k = field.first; k < field.first + field.count; ++k) {
