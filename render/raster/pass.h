@@ -63,6 +63,7 @@ struct Drawing {
   int width, height;
   Inhabitants inhabitants;
   bool bare;                                // see Rasterizer::bare
+  bool counts_sun_rays;                     // see Rasterizer::counts_sun_rays
   const MirrorPlane* behind = nullptr;      // the picture is taken from behind this plane, for the one seen in it
   const MirrorPicture* mirrored = nullptr;  // what that showed
 };

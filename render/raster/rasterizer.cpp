@@ -265,9 +265,10 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
   std::vector<FacePool*> levels;
   for (const auto& level : levels_) levels.push_back(level.get());
   TRY_STATUS(lighting_.see(*device_, camera, width, height));
-  const Drawing drawing{view, levels,          shape_pool_, shape_points_,      quads_,  camera, rays,
-                        sky,  sky.environment, lighting_,   textured_,          shading, knobs,  light,
-                        near, width,           height,      finish.inhabitants, bare,    behind, mirrored};
+  const Drawing drawing{view,    levels,          shape_pool_, shape_points_,      quads_,  camera,          rays,
+                        sky,     sky.environment, lighting_,   textured_,          shading, knobs,           light,
+                        near,    width,           height,      finish.inhabitants, bare,    counts_sun_rays, behind,
+                        mirrored};
   Frame frame;
   FrameReport& report = frame.report;
 

@@ -55,6 +55,8 @@ class Rasterizer {
   /// Pictures are the triangles of what is seen in a constant colour, by the device's own edges, and nothing else: what
   /// a benchmark holds others against.
   bool bare = false;
+  /// The report says how many pixels cast a ray to the sun: sun_rays.
+  bool counts_sun_rays = false;
   /// Of the next draw(): see Drawing.
   const MirrorPlane* behind = nullptr;
   const MirrorPicture* mirrored = nullptr;

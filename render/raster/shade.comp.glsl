@@ -8,6 +8,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = kSpecToImage) const bool kToImage = false;
 layout(constant_id = kSpecPutOff) const bool kPutOff = false;
+layout(constant_id = kSpecCountsRays) const bool kCountsRays = false;
 layout(push_constant) uniform Band { uint first_row, rows; };  // of this dispatch; `radiance` starts at them
 layout(binding = kBindRadiance, std430) writeonly buffer Radiance { float radiance[]; };
 layout(binding = kBindColour, rgba32f) writeonly uniform image2D colour_image;
@@ -24,10 +25,7 @@ void main() {
   if (of_band.x >= width || of_band.y >= rows) return;
   const uvec2 pixel = of_band + uvec2(0, first_row);
   const vec3 colour = pixel_radiance(pixel, texelFetch(seen_image, ivec2(pixel), 0).xy);
-  if (kPutsOff && sun_is_open) {
-    put_pixel_off(of_band.y * width + of_band.x);
-    return;
-  }
+  if (kCountsRays && sun_ray_cast) atomicAdd(sun_ray_count, 1u);
   if (kToImage) {
     imageStore(colour_image, ivec2(pixel), vec4(colour, 1));
     return;

@@ -7,6 +7,7 @@
 
 layout(early_fragment_tests) in;
 layout(constant_id = kSpecShapesPutOff) const bool kShapesPutOff = false;
+layout(constant_id = kSpecCountsRays) const bool kCountsRays = false;
 layout(location = 0) out vec4 colour_out;
 
 void main() {
@@ -15,6 +16,6 @@ void main() {
   const bool shape = kShapesPutOff && (seen.x & kSeenShape) != 0u;
   colour_out = vec4(pixel_radiance(pixel, shape ? uvec2(0) : seen), 1);
   const uint place = pixel.y * uint(picture.screen.x) + pixel.x;
-  if (kPutsOff && sun_is_open && !shape) list_sun_ray(place);
+  if (kCountsRays && sun_ray_cast) atomicAdd(sun_ray_count, 1u);
   if (kShapesPutOff && shape) put_pixel_off(place);
 }

@@ -5,15 +5,14 @@
 
 #include "shade.comp.spv.h"
 #include "shade.frag.spv.h"
-#include "sun_rays.comp.spv.h"
 #include "whole.vert.spv.h"
 
 namespace render::raster {
 
 namespace {
 
-/// Groups along x, y and z, and how many pixels are put off.
-constexpr uint32_t kDispatchWords = 4;
+/// Groups along x, y and z, how many pixels are put off, and how many cast a ray to the sun.
+constexpr uint32_t kDispatchWords = 5;
 
 constexpr Access kFragmentReadWrite{VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_READ_BIT |
                                                                                  VK_ACCESS_2_SHADER_SAMPLED_READ_BIT |
@@ -66,14 +65,16 @@ world::Status ShadePass::PixelList::fit(PassContext& context, uint64_t most) {
 }
 
 uint32_t ShadePass::PixelList::count() const {
+  return reinterpret_cast<const uint32_t*>(dispatch.mapped())[kDispatchWords - 2];
+}
+
+uint32_t ShadePass::PixelList::sun_rays() const {
   return reinterpret_cast<const uint32_t*>(dispatch.mapped())[kDispatchWords - 1];
 }
 
 world::Status ShadePass::prepare(PassContext& context, const Drawing& drawing, FrameReport&) {
   const bool any_shapes = !drawing.shapes.chunks().empty();
   const bool in_image = context.targets.colour.handle != VK_NULL_HANDLE;
-  const bool rays =
-      drawing.knobs.sun_shadow == SunShadow::ray && drawing.environment.sun_irradiance != world::Irradiance3{};
   const bool few_shapes = in_image && any_shapes && shapes_are_few(drawing);
   const std::vector<Constant> shading = shading_constants(drawing);
   const auto with = [&](std::initializer_list<Constant> more) {
@@ -81,9 +82,10 @@ world::Status ShadePass::prepare(PassContext& context, const Drawing& drawing, F
     all.insert(all.end(), more.begin(), more.end());
     return all;
   };
-  const auto compute = [&](bool puts_off, bool put_off) -> world::Result<const Pipeline*> {
-    const auto all =
-        with({{kSpecShapes, any_shapes}, {kSpecToImage, in_image}, {kSpecPutsOff, puts_off}, {kSpecPutOff, put_off}});
+  counts_rays_ = drawing.counts_sun_rays;
+  const auto compute = [&](bool put_off) -> world::Result<const Pipeline*> {
+    const auto all = with(
+        {{kSpecShapes, any_shapes}, {kSpecToImage, in_image}, {kSpecCountsRays, counts_rays_}, {kSpecPutOff, put_off}});
     Pipeline& made = pipelines_[all];
     if (!made) {
       TRY(made, make_compute(context.device, shade_comp_spv, all));
@@ -103,35 +105,24 @@ world::Status ShadePass::prepare(PassContext& context, const Drawing& drawing, F
     }
     return &made;
   };
-  bands_ = sky_ = surfaces_ = sun_rays_pipeline_ = put_off_pipeline_ = nullptr;
+  bands_ = sky_ = surfaces_ = put_off_pipeline_ = nullptr;
   if (in_image) {
     // Depth is reversed, and 0 where nothing is seen.
     TRY(sky_, whole(kShadedSky, VK_COMPARE_OP_EQUAL, {}));
-    TRY(surfaces_,
-        whole(kShadedSurfaces, VK_COMPARE_OP_LESS,
-              {{kSpecShapes, any_shapes && !few_shapes}, {kSpecShapesPutOff, few_shapes}, {kSpecPutsOff, rays}}));
-    if (rays) {
-      const auto all = with({{kSpecShapes, any_shapes}});
-      Pipeline& made = ray_pipelines_[all];
-      if (!made) {
-        TRY(made, make_compute(context.device, sun_rays_comp_spv, all));
-      }
-      sun_rays_pipeline_ = &made;
-    }
+    TRY(surfaces_, whole(kShadedSurfaces, VK_COMPARE_OP_LESS,
+                         {{kSpecShapes, any_shapes && !few_shapes},
+                          {kSpecShapesPutOff, few_shapes},
+                          {kSpecCountsRays, counts_rays_}}));
   } else {
-    TRY(bands_, compute(rays, false));
+    TRY(bands_, compute(false));
   }
-  if (rays || few_shapes) {
-    TRY(put_off_pipeline_, compute(false, true));
+  if (few_shapes) {
+    TRY(put_off_pipeline_, compute(true));
   }
-  const uint64_t pixels =
-      uint64_t{context.targets.extent().width} * std::min(context.targets.extent().height, context.targets.band_rows);
-  TRY_STATUS(put_off_.fit(context, put_off_pipeline_ ? pixels : 0));
-  TRY_STATUS(sun_rays_.fit(context, sun_rays_pipeline_ ? pixels : 0));
+  const VkExtent2D extent = context.targets.extent();
+  TRY_STATUS(put_off_.fit(context, put_off_pipeline_ ? uint64_t{extent.width} * extent.height : 0));
   context.bindings.bind(kBindPutOff, put_off_.pixels);
   context.bindings.bind(kBindPutOffDispatch, put_off_.dispatch);
-  context.bindings.bind(kBindSunRays, sun_rays_.pixels);
-  context.bindings.bind(kBindSunRaysDispatch, sun_rays_.dispatch);
   std::vector<vec4> materials;
   materials.reserve(drawing.shading.materials.size() * 2);
   for (const Shading::Material& m : drawing.shading.materials) {
@@ -149,8 +140,8 @@ void ShadePass::record(VkCommandBuffer commands, PassContext& context, const Dra
   const uint32_t height = targets.extent().height, width = targets.extent().width;
   image_barrier(commands, targets.seen.handle, VK_IMAGE_ASPECT_COLOR_BIT, kColourReadWrite,
                 kComputeRead | kFragmentRead);
+  begin_put_off(commands);
   if (surfaces_) {
-    begin_put_off(commands);
     image_barrier(commands, targets.depth.handle, VK_IMAGE_ASPECT_DEPTH_BIT, kDepthReadWrite, kDepthReadWrite);
     const VkImageView colour = targets.colour.view;
     begin_rendering(commands, targets, {&colour, 1}, targets.depth.view, false);
@@ -168,33 +159,26 @@ void ShadePass::record(VkCommandBuffer commands, PassContext& context, const Dra
   for (uint32_t first = 0; first < height; first += targets.band_rows) {
     const uint32_t rows = std::min(targets.band_rows, height - first), band[] = {first, rows};
     context.bindings.bind(kBindRadiance, targets.radiance, first * row_bytes, rows * row_bytes);
-    begin_put_off(commands);
     context.bindings.use(commands, *bands_);
     bands_->push(commands, band);
     vkCmdDispatch(commands, (width + kShadeGroup - 1) / kShadeGroup, (rows + kShadeGroup - 1) / kShadeGroup, 1);
-    record_put_off(commands, context, band);
   }
+  if (counts_rays_) memory_barrier(commands, kComputeWrite, kHostRead);
 }
 
 void ShadePass::begin_put_off(VkCommandBuffer commands) {
-  if (!put_off_pipeline_) return;
+  if (!put_off_pipeline_ && !counts_rays_) return;
   memory_barrier(commands, kComputeReadWrite | kIndirectRead, kClearWrite);
-  const uint32_t none[kDispatchWords] = {0, 1, 1, 0};
-  for (const PixelList* list : {&put_off_, &sun_rays_})
-    vkCmdUpdateBuffer(commands, list->dispatch.handle, 0, sizeof none, none);
+  const uint32_t none[kDispatchWords] = {0, 1, 1, 0, 0};
+  vkCmdUpdateBuffer(commands, put_off_.dispatch.handle, 0, sizeof none, none);
   memory_barrier(commands, kClearWrite, kComputeReadWrite | kFragmentReadWrite);
 }
 
 void ShadePass::record_put_off(VkCommandBuffer commands, PassContext& context, const uint32_t (&band)[2]) {
+  if (counts_rays_) memory_barrier(commands, kFragmentReadWrite, kHostRead);
   if (!put_off_pipeline_) return;
   memory_barrier(commands, kComputeWrite | kFragmentReadWrite, kComputeReadWrite | kIndirectRead);
-  if (sun_rays_pipeline_) {
-    context.times.mark(commands, "sun_rays");
-    context.bindings.use(commands, *sun_rays_pipeline_);
-    vkCmdDispatchIndirect(commands, sun_rays_.dispatch.handle, 0);
-    memory_barrier(commands, kComputeWrite, kComputeReadWrite | kIndirectRead);
-  }
-  if (surfaces_) context.times.mark(commands, "shade_put_off");
+  context.times.mark(commands, "shade_put_off");
   context.bindings.use(commands, *put_off_pipeline_);
   put_off_pipeline_->push(commands, band);
   vkCmdDispatchIndirect(commands, put_off_.dispatch.handle, 0);
@@ -203,8 +187,8 @@ void ShadePass::record_put_off(VkCommandBuffer commands, PassContext& context, c
 world::Status ShadePass::finish(PassContext& context, FrameReport& report) {
   const VkExtent2D extent = context.targets.extent();
   row_of(report, "shade").bytes = uint64_t{extent.width} * extent.height * sizeof(Rgb);
-  if (sun_rays_pipeline_) report.work.push_back({"sun_rays", sun_rays_.count()});
-  if (put_off_pipeline_ && surfaces_) report.work.push_back({"pixels_put_off", put_off_.count()});
+  if (counts_rays_) report.work.push_back({"sun_rays", put_off_.sun_rays()});
+  if (put_off_pipeline_) report.work.push_back({"pixels_put_off", put_off_.count()});
   return {};
 }
 

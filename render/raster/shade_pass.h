@@ -1,10 +1,11 @@
 /// Turns what each pixel sees into radiance. Compiled for what a picture asks for.
 ///
 /// The picture is shaded by a triangle over all of it: the test of depth parts the sky from surfaces, so that neither
-/// runs through the other's shader (software runs all branches of one for all of its lanes). Pixels of which the height
-/// map of the sun's rays doesn't say whether they are lit are shaded as lit and listed; a dispatch over them alone, all
-/// of whose lanes have a ray to cast, finds those in shadow, and these are shaded again. So are faces of shapes where
-/// they are few. A picture too large for an image is shaded in bands of rows by dispatches.
+/// runs through the other's shader (software runs all branches of one for all of its lanes). Faces of shapes, where
+/// they are few, are listed and shaded by a dispatch over them alone. A picture too large for an image is shaded in
+/// bands of rows by dispatches. Rays to the sun are cast in place: listing those that its height map leaves open,
+/// casting them by a dispatch and shading again what lies in shadow took 58 ms where this takes 34 (valley, 338,000
+/// rays).
 #pragma once
 
 #include <map>
@@ -26,15 +27,16 @@ class ShadePass : public Pass {
     gpu::Buffer pixels, dispatch;
     world::Status fit(PassContext& context, uint64_t most);
     uint32_t count() const;
+    uint32_t sun_rays() const;
   };
   void begin_put_off(VkCommandBuffer commands);
   void record_put_off(VkCommandBuffer commands, PassContext& context, const uint32_t (&band)[2]);
 
-  std::map<std::vector<Constant>, Pipeline> pipelines_, ray_pipelines_;
+  std::map<std::vector<Constant>, Pipeline> pipelines_;
   // Of the picture: bands, or sky and surfaces; null where nothing is put off.
-  const Pipeline *bands_ = nullptr, *sky_ = nullptr, *surfaces_ = nullptr, *sun_rays_pipeline_ = nullptr,
-                 *put_off_pipeline_ = nullptr;
-  PixelList sun_rays_, put_off_;
+  const Pipeline *bands_ = nullptr, *sky_ = nullptr, *surfaces_ = nullptr, *put_off_pipeline_ = nullptr;
+  bool counts_rays_ = false;
+  PixelList put_off_;
   gpu::Buffer materials_;
 };
 

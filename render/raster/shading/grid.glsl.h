@@ -7,7 +7,6 @@ layout(binding = kBindRegions) uniform isamplerBuffer regions;
 layout(binding = kBindGroups) uniform usamplerBuffer groups;
 layout(binding = kBindMasks) uniform usamplerBuffer masks;
 layout(binding = kBindSunHeights) uniform usamplerBuffer sun_heights;
-layout(constant_id = kSpecPutsOff) const bool kPutsOff = false;
 
 /// The place of a region in `groups`, or -1 where all of it is clear.
 int find_region(ivec3 region) {
@@ -101,17 +100,14 @@ int sun_look(const ivec3 start, const vec3 fraction, out float t_max) {
   return -1;
 }
 
-/// Set where a ray to the sun is put off; the point is taken as lit.
-bool sun_is_open = false;
+/// Set where a ray to the sun was cast.
+bool sun_ray_cast = false;
 
 /// Whether nothing opaque lies between a point of a voxel and the sun.
 bool sun_visible(const ivec3 start, const vec3 fraction) {
   float t_max;
   const int says = sun_look(start, fraction, t_max);
-  if (kPutsOff) {
-    sun_is_open = sun_is_open || says < 0;
-    return says != 0;
-  }
+  sun_ray_cast = sun_ray_cast || says < 0;
   return says < 0 ? clear_between(start, fraction, picture.sun.xyz, t_max) : says > 0;
 }
 

@@ -202,6 +202,7 @@ TEST(HardCaseR9, AShadowGridBeyondTheDevicesLimitIsAnErrorThatSaysWhatToDo) {
 TEST(SunHeights, ChangeNoShadowWhereverTheSunStandsAndSpareRays) {
   CheckedRaster mapped, cast;
   cast->rasterizer().sun_heights().binding_limit = 0;
+  mapped->rasterizer().counts_sun_rays = cast->rasterizer().counts_sun_rays = true;
   const RenderKnobs knobs = with(FaceEdges::exact, true, SunShadow::ray);
   const auto rays = [](const Frame& frame) {
     for (const EffectWork& w : frame.report.work)
