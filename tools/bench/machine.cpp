@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "commit.h"
+#include "render/gpu/device.h"
 
 namespace tools {
 
@@ -72,6 +73,8 @@ Machine this_machine() {
   if (getloadavg(load, 1) == 1) m.load = load[0];
   for (int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1)
     m.simd.push_back(hwy::TargetName(static_cast<int64_t>(targets & -targets)));
+  const auto device = render::gpu::Device::make({});
+  m.device = device.ok() ? (*device)->name() : "none";
   const std::time_t now = std::time(nullptr);
   std::tm utc{};
   gmtime_r(&now, &utc);

@@ -8,6 +8,7 @@ namespace tools {
 
 struct Machine {
   std::string cpu, kernel, compiler, flags, governor, date;
+  std::string device;             // of Vulkan, with its driver; "none" where there is none to draw with
   std::vector<std::string> simd;  // targets that run-time dispatch may choose here, best first
   int cores = 0;                  // hardware threads this process may use
   double memory_bytes = 0;

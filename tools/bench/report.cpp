@@ -161,9 +161,9 @@ std::string table_text(const std::vector<std::vector<std::string>>& rows) {
 }
 
 Json machine_json(const Machine& m) {
-  return {{"cpu", m.cpu},           {"cores", m.cores},       {"simd", m.simd},   {"memory_bytes", m.memory_bytes},
-          {"kernel", m.kernel},     {"compiler", m.compiler}, {"flags", m.flags}, {"governor", m.governor},
-          {"load_average", m.load}, {"date", m.date}};
+  return {{"cpu", m.cpu},           {"cores", m.cores},       {"simd", m.simd},    {"memory_bytes", m.memory_bytes},
+          {"kernel", m.kernel},     {"compiler", m.compiler}, {"flags", m.flags},  {"governor", m.governor},
+          {"load_average", m.load}, {"date", m.date},         {"device", m.device}};
 }
 
 Json run_json(const Machine& machine, const RunOptions& options, const std::vector<RowResult>& rows) {
@@ -181,8 +181,8 @@ Json pareto_json(const Machine& machine, const RunOptions& options, const std::v
 }
 
 std::string machine_text(const Machine& m) {
-  std::string text = fmt::format("{}, {} cores, {}, {}, {}, SIMD {}, commit {}, load {:.1f}\n", m.cpu, m.cores,
-                                 world::bytes_text(m.memory_bytes), m.kernel, m.compiler,
+  std::string text = fmt::format("{}, {} cores, {}, Vulkan on {}, {}, {}, SIMD {}, commit {}, load {:.1f}\n", m.cpu,
+                                 m.cores, world::bytes_text(m.memory_bytes), m.device, m.kernel, m.compiler,
                                  m.simd.empty() ? "none" : m.simd[0], build_commit(), m.load);
   if (m.load > m.cores)
     text +=

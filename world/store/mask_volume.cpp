@@ -16,7 +16,7 @@ void set_region_leaf(MaskRegion& region, LeafPos l, const LeafMask& mask) {
   if (any && !full) {
     if (!was_mixed) {
       if (region.free_slots.empty()) {
-        region.slot[index] = static_cast<uint32_t>(region.masks.size());
+        region.slot[index] = static_cast<uint16_t>(region.masks.size());
         region.masks.emplace_back();
       } else {
         region.slot[index] = region.free_slots.back();
@@ -42,7 +42,8 @@ std::vector<const MaskRegion*> MaskVolume::regions() const {
 }
 
 size_t bytes_of(const MaskRegion& region) {
-  return sizeof(MaskRegion) + region.masks.capacity() * sizeof(LeafMask) + region.free_slots.capacity() * 4;
+  return sizeof(MaskRegion) + region.masks.capacity() * sizeof(LeafMask) +
+         region.free_slots.capacity() * sizeof(uint16_t);
 }
 
 size_t MaskVolume::bytes() const {

@@ -24,9 +24,9 @@ struct MaskRegion {
   uint64_t any_groups = 0;                      // bit g: any[g] != 0
   std::array<uint64_t, 64> any{};               // bit: some voxel of the leaf is set
   std::array<uint64_t, 64> full{};              // bit: every voxel of the leaf is set
-  std::array<uint32_t, kLeavesPerRegion> slot;  // by index_in_region: place in `masks`, valid where any && !full
+  std::array<uint16_t, kLeavesPerRegion> slot;  // by index_in_region: place in `masks`, valid where any && !full
   std::vector<LeafMask> masks;
-  std::vector<uint32_t> free_slots;
+  std::vector<uint16_t> free_slots;
 
   bool leaf_any(LeafPos l) const { return any[leaf_group(l)] >> leaf_group_bit(l) & 1; }
   bool leaf_full(LeafPos l) const { return full[leaf_group(l)] >> leaf_group_bit(l) & 1; }

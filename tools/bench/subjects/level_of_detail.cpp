@@ -112,7 +112,7 @@ void add_subject_level_of_detail(Registry& registry) {
     }
     render::RenderKnobs no_points;
     no_points.shape_points_px = 0;
-    add_ladder(settings, context, "meadow", near, "mesh, without points", 0, false, no_points);
+    add_ladder(settings, context, "meadow", near, "mesh as faces", 0, false, no_points);
     return settings;
   };
   registry.add(std::move(subject));

@@ -1,4 +1,6 @@
 /// Pictures of the valley by the rasterizer, from a camera that looks around, after what it derives has been made.
+#include <malloc.h>
+
 #include <cmath>
 #include <mutex>
 
@@ -152,6 +154,7 @@ double follow_ms(const render::FrameReport& report) {
 
 /// Frames to all sides, or the longest time that following the camera takes of a frame while it flies.
 Result<Prepared> prepare_wide(BenchContext& context, bool flies) {
+  malloc_trim(0);  // so that what the row before gave back isn't taken again unseen
   const size_t before = resident_bytes();
   TRY(const std::shared_ptr<world::World> valley, wide_valley(context.quick()));
   TRY(const std::vector<render::Camera> views, cameras(*valley));
