@@ -34,7 +34,7 @@ void add_bench_verb(CommandLine& command) {
   common(run);
 
   CLI::App* pareto = bench->add_subcommand("pareto", "accuracy against time, against a reference");
-  pareto->add_option("--subject", arguments->request.names, "subjects (default: all)");
+  pareto->add_option("SUBJECT,--subject", arguments->request.names, "subjects (default: all)");
   pareto->add_option("--plot", arguments->request.plot_folder, "folder for an SVG and a CSV of each subject");
   pareto->add_option("--report", arguments->request.report_folder,
                      "folder for report.html (plots, tables, pictures, commands), accuracy.md, CSV and JSON");

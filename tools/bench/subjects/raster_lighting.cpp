@@ -4,7 +4,8 @@
 /// fog       a density grid, by equal steps of the ray
 /// textures  the valley's ground: a texel, mip levels with 1 to 16 probes, or the mean over the footprint
 /// sky       the valley's ground under rays to the sky, 1 to 64 a pixel
-/// Pictures of 192 x 108 pixels by the device that there is; the error is RMS over the mean of the reference.
+/// Pictures of 192 x 108 pixels by the device that there is;
+/// the error is RMS over the mean of the reference.
 #include <cmath>
 #include <memory>
 
@@ -118,6 +119,7 @@ void add_subject_raster_lighting(Registry& registry) {
                   .reference = "the same picture with the knob at its limit",
                   .metrics = {"RMS error of radiance (relative)"},
                   .work_unit = "pixels"};
+  subject.threads = 0;
   subject.settings = [](BenchContext& context) -> Result<std::vector<Setting>> {
     if (auto device = make_backend("raster"); !device.ok()) return device.error();  // whether there is a device
     std::vector<Setting> settings;
