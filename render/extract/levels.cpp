@@ -119,11 +119,8 @@ void CoarseLevels::rebuild(const WorldView& view, const ShapeExtractor* shapes, 
       for (const MaskRegion* r : occupied.regions()) regions.push_back({r->pos.x >> 1, r->pos.y >> 1, r->pos.z >> 1});
       std::sort(regions.begin(), regions.end());
       regions.erase(std::unique(regions.begin(), regions.end()), regions.end());
-      unsigned kinds = 0;
-      for (const MaskKind kind : {MaskKind::occupied, MaskKind::opaque}) {
-        made->cells.store.masks(kind);
-        kinds |= 1u << static_cast<unsigned>(kind);
-      }
+      for (const MaskKind kind : {MaskKind::occupied, MaskKind::opaque}) made->cells.store.masks(kind);
+      const unsigned kinds = made->cells.store.mask_kinds();
       // Each is packed as soon as it is made, so that those of a large world are never all open.
       std::mutex installing;
       parallel_ranges(regions.size(), 1, [&](size_t begin, size_t end) {

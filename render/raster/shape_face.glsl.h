@@ -11,6 +11,11 @@ vec3 ray_of_pixel() {
   return picture.corner.xyz + gl_FragCoord.x * picture.step_x.xyz + gl_FragCoord.y * picture.step_y.xyz;
 }
 
+/// on: a place in the face's own axes, 0..1 on it.
+bool lies_within(vec2 on) {
+  return all(greaterThanEqual(on, vec2(-kOverlap))) && all(lessThanEqual(on, vec2(1.0 + kOverlap)));
+}
+
 /// Along the ray, to the face's plane. corner: of the face, relative to the camera.
 float distance_to_face(uint quad, vec3 corner, vec3 ray) {
   const vec3 normal = texelFetch(quads, int(quad * kQuadVectors) + 3).xyz;
@@ -22,7 +27,7 @@ bool lies_on_face(uint quad, vec3 corner, vec3 ray, float t) {
   const int at = int(quad * kQuadVectors);
   const vec3 place = t * ray - corner;
   const vec2 on = vec2(dot(place, texelFetch(quads, at + 4).xyz), dot(place, texelFetch(quads, at + 5).xyz));
-  return t > 0.0 && all(greaterThanEqual(on, vec2(-kOverlap))) && all(lessThanEqual(on, vec2(1.0 + kOverlap)));
+  return t > 0.0 && lies_within(on);
 }
 
 #endif

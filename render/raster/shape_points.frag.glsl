@@ -26,8 +26,7 @@ void main() {
     const float t = (dot(plane.xyz, voxel) + plane.w) / dot(plane.xyz, ray);
     const vec3 place = t * ray - voxel;
     const vec2 on = vec2(dot(place, along_u.xyz), dot(place, along_v.xyz)) - vec2(along_u.w, along_v.w);
-    if (t > 0.0 && t < nearest && all(greaterThanEqual(on, vec2(-kOverlap))) &&
-        all(lessThanEqual(on, vec2(1.0 + kOverlap)))) {
+    if (t > 0.0 && t < nearest && lies_within(on)) {
       nearest = t;
       seen = kSeenShape | face;
     }

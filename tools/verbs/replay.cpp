@@ -104,6 +104,12 @@ void print_places(const nlohmann::json& j) {
   print_differences(j["at_the_end"]);
 }
 
+void print_inequality(const std::string& log, const auto& replay) {
+  std::printf("%s: equal to tick %llu, differs by tick %llu: %s, recorded %s\n", log.c_str(),
+              static_cast<unsigned long long>(replay.same_until), static_cast<unsigned long long>(replay.differs_by),
+              hash_text(replay.hash).c_str(), hash_text(replay.recorded).c_str());
+}
+
 /// A session of `loam play --record`.
 world::Result<int> replay_session(const ReplayVerbOptions& options) {
   const world::ThreadLimit limit(options.replay.threads);
@@ -126,9 +132,7 @@ world::Result<int> replay_session(const ReplayVerbOptions& options) {
                 static_cast<unsigned long long>(replay.marks), static_cast<unsigned long long>(replay.same_until),
                 hash_text(replay.hash).c_str());
   else
-    std::printf("%s: equal to tick %llu, differs by tick %llu: %s, recorded %s\n", name.c_str(),
-                static_cast<unsigned long long>(replay.same_until), static_cast<unsigned long long>(replay.differs_by),
-                hash_text(replay.hash).c_str(), hash_text(replay.recorded).c_str());
+    print_inequality(name, replay);
   return replay.equal ? 0 : static_cast<int>(world::ErrorKind::comparison);
 }
 
@@ -145,9 +149,7 @@ world::Result<int> run_replay(const ReplayVerbOptions& options) {
     std::printf("%s: equal at %zu marks, to tick %llu\n", log.c_str(), replay.recording.marks.size(),
                 static_cast<unsigned long long>(replay.same_until));
   else
-    std::printf("%s: equal to tick %llu, differs by tick %llu: %s, recorded %s\n", log.c_str(),
-                static_cast<unsigned long long>(replay.same_until), static_cast<unsigned long long>(replay.differs_by),
-                hash_text(replay.hash).c_str(), hash_text(replay.recorded).c_str());
+    print_inequality(log, replay);
   if (!replay.equal && !options.json) print_places(j);
   return replay.equal ? 0 : static_cast<int>(world::ErrorKind::comparison);
 }

@@ -196,31 +196,30 @@ struct Drawn {
 }  // namespace
 
 void add_absent_pictures(std::vector<AbsentCase>& cases) {
-  for (const char* name : {"raster", "raycast", "reference"})
+  // The plain world twice, by the same backend; `change` is made to the second.
+  const auto add = [&](const std::string& backend, const char* infix, const char* effect, const char* what,
+                       const std::function<Status(Drawn&)>& change) {
+    cases.push_back({fmt::format("{}_{}{}", backend, infix, effect), fmt::format("{}, by {}", what, backend),
+                     [=](BenchContext&) -> Result<AbsentCase::Pair> {
+                       Drawn without{plain_world(), nullptr, {}, effect}, with{plain_world(), nullptr, {}, effect};
+                       TRY_STATUS(change(with));
+                       for (Drawn* drawn : {&without, &with}) {
+                         TRY(drawn->backend, make_backend(backend));
+                         if (backend == "reference") drawn->knobs.spp = 2;
+                       }
+                       return AbsentCase::Pair{without, with};
+                     }});
+  };
+  for (const char* backend : {"raster", "raycast", "reference"})
     for (const Zero& zero : kZeros)
-      cases.push_back(
-          {fmt::format("{}_{}", name, zero.effect), fmt::format("{}, by {}", zero.what, name),
-           [=](BenchContext&) -> Result<AbsentCase::Pair> {
-             Drawn without{plain_world(), nullptr, {}, zero.effect}, with{plain_world(), nullptr, {}, zero.effect};
-             zero.put(*with.world);
-             for (Drawn* drawn : {&without, &with}) {
-               TRY(drawn->backend, make_backend(name));
-               if (drawn->backend && std::string(name) == "reference") drawn->knobs.spp = 2;
-             }
-             return AbsentCase::Pair{without, with};
-           }});
+      add(backend, "", zero.effect, zero.what, [&zero](Drawn& with) {
+        zero.put(*with.world);
+        return Status{};
+      });
   for (const Idle& idle : kIdles)
-    for (const std::string& name : idle.backends)
-      cases.push_back(
-          {fmt::format("{}_idle_{}", name, idle.effect), fmt::format("{}, by {}", idle.what, name),
-           [=](BenchContext&) -> Result<AbsentCase::Pair> {
-             Drawn without{plain_world(), nullptr, {}, idle.effect}, with{plain_world(), nullptr, {}, idle.effect};
-             TRY_STATUS(set_knobs(render::render_knobs(), with.knobs, idle.settings));
-             for (Drawn* drawn : {&without, &with}) {
-               TRY(drawn->backend, make_backend(name));
-             }
-             return AbsentCase::Pair{without, with};
-           }});
+    for (const std::string& backend : idle.backends)
+      add(backend, "idle_", idle.effect, idle.what,
+          [&idle](Drawn& with) { return set_knobs(render::render_knobs(), with.knobs, idle.settings); });
 }
 
 }  // namespace tools

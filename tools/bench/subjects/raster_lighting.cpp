@@ -4,8 +4,7 @@
 /// fog       a density grid, by equal steps of the ray
 /// textures  the valley's ground: a texel, mip levels with 1 to 16 probes, or the mean over the footprint
 /// sky       the valley's ground under rays to the sky, 1 to 64 a pixel
-/// Pictures of 192 x 108 pixels by the device that there is;
-/// the error is RMS over the mean of the reference.
+/// Pictures of 192 x 108 pixels by the device that there is; the error is RMS over the mean of the reference.
 #include <cmath>
 #include <memory>
 

@@ -123,11 +123,8 @@ Result<std::shared_ptr<world::World>> wide_valley(bool quick) {
   const auto w = std::make_shared<world::World>(world::standard_blocks());
   w->environment = scene.environment, w->cameras = scene.cameras;
   TRY(const auto generator, world::make_generator("valley", scene.seed, scene.parameters, *w->palette));
-  unsigned kinds = 0;
-  for (const world::MaskKind kind : {world::MaskKind::occupied, world::MaskKind::opaque}) {
-    w->store.masks(kind);
-    kinds |= 1u << static_cast<unsigned>(kind);
-  }
+  for (const world::MaskKind kind : {world::MaskKind::occupied, world::MaskKind::opaque}) w->store.masks(kind);
+  const unsigned kinds = w->store.mask_kinds();
   const int half = quick ? 8 : 32;  // regions
   std::mutex installing;
   world::parallel_for(size_t(4) * half * half * 2, [&](size_t i) {
@@ -155,23 +152,21 @@ double follow_ms(const render::FrameReport& report) {
 /// Frames to all sides, or the longest time that following the camera takes of a frame while it flies.
 Result<Prepared> prepare_wide(BenchContext& context, bool flies) {
   malloc_trim(0);  // so that what the row before gave back isn't taken again unseen
-  const size_t before = resident_bytes();
+  const auto resident_MiB = [before = static_cast<double>(resident_bytes())] {
+    return (static_cast<double>(resident_bytes()) - before) / kMiB;
+  };
   TRY(const std::shared_ptr<world::World> valley, wide_valley(context.quick()));
   TRY(const std::vector<render::Camera> views, cameras(*valley));
   render::RenderKnobs knobs = render::render_knobs().preset(world::Accuracy::fast);
   knobs.view_distance = 4096;
   knobs.proxy_shapes = render::ProxyShapes::cube;
-  const auto report = std::make_shared<render::FrameReport>();
-  const auto memory = [=] {
-    return std::map<std::string, double>{
-        {"resident_MiB", static_cast<double>(resident_bytes() - before) / kMiB},
-        {"blocks_and_masks_MiB", static_cast<double>(valley->store.bytes_memory()) / kMiB}};
-  };
   if (!flies) {
+    const auto report = std::make_shared<render::FrameReport>();
     TRY(const auto frames, frames_of(*valley, views, "raster", knobs, report));
     return Prepared{.ours = {"raster", [valley, frames] { return frames(); }}, .counters = [=] {
                       auto counters = counters_of(*report, static_cast<double>(views.size()));
-                      counters.merge(memory());
+                      counters["resident_MiB"] = resident_MiB();
+                      counters["blocks_and_masks_MiB"] = static_cast<double>(valley->store.bytes_memory()) / kMiB;
                       return counters;
                     }};
   }
@@ -188,7 +183,7 @@ Result<Prepared> prepare_wide(BenchContext& context, bool flies) {
                            [=] {
                              double longest = 0;
                              for (int i = 0; i < 150; ++i) longest = std::max(longest, draw());
-                             *most_MiB = std::max(*most_MiB, static_cast<double>(resident_bytes() - before) / kMiB);
+                             *most_MiB = std::max(*most_MiB, resident_MiB());
                              return longest;
                            }},
                   .counters = [=] {
