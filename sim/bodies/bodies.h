@@ -74,7 +74,7 @@ struct Body {
 world::WorldPoint drawn_at(const Body& body, double part);
 
 struct BodySettings {
-  Integrator integrator = Integrator::velocity_verlet;
+  Integrator integrator = SimKnobs{}.body_integrator;
   int substeps = 1;  // 1 .. kMostSubsteps; raised for a body where forces ask for it
   TickLength tick;
   double gravity = 9.81;  // m/s^2, downwards

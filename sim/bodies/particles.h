@@ -15,7 +15,7 @@
 /// bytes  28 a particle of a full block, room for twice the limit's blocks; taken at the start, touched when used, and
 ///        nothing later
 /// cost   see `loam bench run matter`
-/// knobs  body_integrator, body_substeps, particle_limit
+/// knobs  particle_integrator, body_substeps, particle_limit
 /// source William T. Reeves. Particle Systems - A Technique for Modeling a Class of Fuzzy Objects. 1983
 #pragma once
 
@@ -32,7 +32,7 @@
 namespace sim {
 
 struct ParticleSettings {
-  Integrator integrator = Integrator::velocity_verlet;
+  Integrator integrator = SimKnobs{}.particle_integrator;
   int substeps = 1;  // 1 .. kMostSubsteps; raised for a kind whose drag asks for it
   TickLength tick;
   double gravity = 9.81;  // m/s^2, downwards
@@ -41,7 +41,7 @@ struct ParticleSettings {
 
   static ParticleSettings from(const SimKnobs& knobs) {
     ParticleSettings settings;
-    settings.integrator = knobs.body_integrator, settings.substeps = knobs.body_substeps;
+    settings.integrator = knobs.particle_integrator, settings.substeps = knobs.body_substeps;
     return settings;
   }
 };

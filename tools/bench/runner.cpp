@@ -204,12 +204,13 @@ void rank(SubjectResult& result) {
   std::map<std::string, std::vector<size_t>> problems;
   for (size_t i = 0; i < result.points.size(); ++i) problems[result.points[i].problem].push_back(i);
   for (const auto& [problem, indices] : problems) {
-    std::vector<double> costs, works;
+    std::vector<double> costs, spreads, works;
     std::vector<std::vector<double>> errors(result.metrics.size());
     for (size_t i : indices) {
       const PointResult& p = result.points[i];
       const bool ranked = !p.failed && !p.below_floor;
       costs.push_back(ranked ? p.ms.median : kNan);
+      spreads.push_back(p.ms.iqr());
       works.push_back(ranked ? p.work : kNan);
       for (size_t m = 0; m < errors.size(); ++m) errors[m].push_back(ranked ? p.errors[m].median : kNan);
     }
@@ -218,12 +219,13 @@ void rank(SubjectResult& result) {
       PointResult& p = result.points[indices[k]];
       p.front = front[k];
       if (!p.is_default || p.below_floor) continue;
-      const auto on_front_by = [&](const std::vector<double>& cost) {
-        return std::any_of(errors.begin(), errors.end(),
-                           [&](const std::vector<double>& metric) { return !dominated_beyond(metric, cost, k, 0.05); });
+      const auto on_front_by = [&](const std::vector<double>& cost, const std::vector<double>& spread) {
+        return std::any_of(errors.begin(), errors.end(), [&](const std::vector<double>& metric) {
+          return !dominated_beyond(metric, cost, k, 0.05, spread);
+        });
       };
-      p.default_on_front = on_front_by(costs);
-      p.default_on_work_front = on_front_by(works);
+      p.default_on_front = on_front_by(costs, spreads);
+      p.default_on_work_front = on_front_by(works, {});
     }
   }
 }

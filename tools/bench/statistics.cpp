@@ -46,12 +46,13 @@ std::vector<bool> pareto_front(const std::vector<double>& errors, const std::vec
   return front;
 }
 
-bool dominated_beyond(const std::vector<double>& errors, const std::vector<double>& costs, size_t point,
-                      double margin) {
+bool dominated_beyond(const std::vector<double>& errors, const std::vector<double>& costs, size_t point, double margin,
+                      const std::vector<double>& spreads) {
+  const auto half = [&](size_t i) { return spreads.empty() ? 0.0 : spreads[i] / 2; };
   if (!std::isfinite(errors[point]) || !std::isfinite(costs[point])) return true;
   for (size_t j = 0; j < errors.size(); ++j) {
     if (j == point) continue;
-    const bool no_worse = errors[j] <= errors[point] && costs[j] <= costs[point];
+    const bool no_worse = errors[j] <= errors[point] && costs[j] + half(j) <= costs[point] - half(point);
     const bool well_better = errors[j] < (1 - margin) * errors[point] || costs[j] < (1 - margin) * costs[point];
     if (no_worse && well_better) return true;
   }

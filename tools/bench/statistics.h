@@ -25,7 +25,10 @@ std::vector<size_t> shuffled_order(size_t count, uint64_t seed, uint64_t round);
 std::vector<bool> pareto_front(const std::vector<double>& errors, const std::vector<double>& costs);
 
 /// Whether another point beats this one by more than `margin` (0.05 = 5 %) in error or cost without losing the other.
-bool dominated_beyond(const std::vector<double>& errors, const std::vector<double>& costs, size_t point, double margin);
+/// `spreads`: interquartile ranges of measured costs, which are medians; none where costs are counted. Another's cost
+/// is then no more than this one's only where the inner halves of the two don't overlap.
+bool dominated_beyond(const std::vector<double>& errors, const std::vector<double>& costs, size_t point, double margin,
+                      const std::vector<double>& spreads = {});
 
 /// Least-squares slope of log y over log x, of the pairs where both are positive and finite; none below two such pairs
 /// with different x.

@@ -95,6 +95,9 @@ TEST(Statistics, DominationBeyondAMarginForgivesNearTies) {
   EXPECT_TRUE(dominated_beyond({1.0, 0.90}, {1.0, 1.0}, 0, 0.05));
   EXPECT_TRUE(dominated_beyond({1.0, 1.0}, {1.0, 0.90}, 0, 0.05));
   EXPECT_FALSE(dominated_beyond({1.0, 0.1}, {1.0, 1.1}, 0, 0.05));
+  // Measured costs: only where their inner halves are apart.
+  EXPECT_TRUE(dominated_beyond({1.0, 0.5}, {1.0, 0.8}, 0, 0.05, {0.2, 0.2}));
+  EXPECT_FALSE(dominated_beyond({1.0, 0.5}, {1.0, 0.8}, 0, 0.05, {0.2, 0.3}));
 }
 
 TEST(Statistics, SlopeOfAPowerLawIsItsExponent) {

@@ -62,7 +62,7 @@ void add_subject_body_time_step(Registry& registry) {
         const std::string method(knob_choices(integrator)[static_cast<size_t>(i)]);
         Setting s{.method = method, .setting = fmt::format("{}@{}", method, rate)};
         s.knob = rate;
-        s.is_default = integrator == Integrator::velocity_verlet && rate == 60;
+        s.is_default = integrator == sim::SimKnobs{}.body_integrator && rate == 60;
         s.measure = [=](uint64_t) {
           const Vec3d off = thrown(air->store, integrator, rate) - right;
           return ErrorSample{{std::sqrt(dot(off, off))}, off.y};

@@ -43,7 +43,7 @@ void add_subject_integrators(Registry& registry) {
         const std::string method(knob_choices(integrator)[static_cast<size_t>(i)]);
         Setting s{.method = method, .setting = fmt::format("{}@{}", method, rate)};
         s.knob = rate;
-        s.is_default = integrator == Integrator::velocity_verlet && rate == 60;
+        s.is_default = integrator == sim::SimKnobs{}.body_integrator && rate == 60;
         s.measure = [=](uint64_t) {
           const Motion<double> m = swing(integrator, rate);
           const double error = m.position - std::cos(kSeconds);
