@@ -148,6 +148,8 @@ twins() {
   twin "a glasshouse" glasshouse glasshouse
   twin "under water" underwater glasshouse --camera underwater
   twin "mist" mist mist
+  twin "meshes: a bottle in red light" bottle nightclub --set light_transport=direct
+  twin "meshes: two blocks under a square lamp" blocks cornell --set light_transport=direct
   twin "rain" rain rainstorm --camera drenched --ticks 200
   twin "scene_church1.vox" church "$data/vox/scene_church1.vox" --set time_of_day=15
   twin "a region of Minecraft's, .mca" region "$data/mca/1.16/r.0.-1.mca" --set time_of_day=15

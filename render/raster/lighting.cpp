@@ -31,7 +31,7 @@ bool gives_light(const Luminaire& l) {
   return l.enabled && (l.power.max() > 0 || l.irradiance.max() > 0 || l.radiance.max() > 0);
 }
 bool has_strength(const Medium& m) { return m.absorption.max() > 0 || m.scattering.max() > 0; }
-/// Whether it only fills meshes, which the rasterizer doesn't draw.
+/// Whether it only fills meshes, whose insides the rasterizer doesn't follow.
 bool fills_meshes(const world::World& world, const Medium& m) {
   return !m.name.empty() && std::any_of(world.meshes.begin(), world.meshes.end(), [&](const world::MeshInstance& mesh) {
     return mesh.interior_medium == m.name;

@@ -43,7 +43,7 @@ void main() {
   if (any(greaterThanEqual(pixel, ivec2(picture.screen.xy)))) return;
   const uint head = imageLoad(heads, pixel).x, eye = uint(layers.eye.x);
   const uvec2 seen = texelFetch(seen_image, pixel, 0).xy;
-  bool mirror = kReflection != kReflectionNone && seen.x != 0u && (seen.x & kSeenShape) == 0u &&
+  bool mirror = kReflection != kReflectionNone && seen.x != 0u && (seen.x & kSeenNoFace) == 0u &&
                       block_kinds[2u * seen_block(seen.x) + 1u] != 0u;
   if (head == 0u && !mirror && layer_blocks[eye].absorption.xyz == vec3(0)) return;
   const vec3 ray = pixel_ray(vec2(pixel) + 0.5);

@@ -18,6 +18,7 @@
 #include "render/raster/lighting.h"
 #include "render/raster/mirror.h"
 #include "render/raster/raster.shared.h"
+#include "render/raster/triangles.h"
 #include "render/shading.h"
 
 namespace render::raster {
@@ -50,6 +51,7 @@ struct Drawing {
   FacePool& shapes;                  // of blocks that have a shape of their own
   FacePool& shape_points;            // the same, a record a voxel
   std::span<const ShapeQuad> quads;  // that the records of shapes name
+  const DrawnTriangles& triangles;   // of meshes
   const Camera& camera;              // off the planes of the grid
   const PixelRays& rays;
   const SkyView& sky;

@@ -1,6 +1,7 @@
 /// The order of the passes. A row a pass: its file declares called_for and make.
 #include "render/raster/faces_pass.h"
 #include "render/raster/inhabitants_pass.h"
+#include "render/raster/meshes_pass.h"
 #include "render/raster/shade_pass.h"
 #include "render/raster/temporal_pass.h"
 #include "render/raster/transparency_pass.h"
@@ -10,7 +11,7 @@ namespace render::raster {
 std::span<const PassKind> pass_kinds() {
   static const PassKind kinds[] = {
       // What each pixel sees: into targets.seen and targets.depth.
-      FacesPass::kind(),
+      FacesPass::kind(), MeshesPass::kind(),
       // Radiance of what is seen: into targets.colour, or targets.radiance where a picture is too large for that.
       ShadePass::kind(),
       // Over the shaded picture, with its depth, into targets.colour:

@@ -24,9 +24,10 @@ double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-/// View depth closer than which no face can lie in the picture, at most 5 cm: so the near plane cuts no hole into a
+/// View depth closer than which nothing can lie in the picture, at most 5 cm: so the near plane cuts no hole into a
 /// wall that the camera touches. Depth is reversed and in float, so that a tiny near plane costs no precision.
-double near_plane(const world::WorldView& view, const Camera& camera, const PixelRays& rays, bool in_shape) {
+double near_plane(const world::WorldView& view, const Camera& camera, const PixelRays& rays, bool in_shape,
+                  const raster::DrawnTriangles& triangles) {
   const world::MaskVolume& occupied = view.masks(world::MaskKind::occupied);
   const bool inside = occupied.test(camera.position.voxel);
   double nearest = in_shape ? 0 : 1;
@@ -38,6 +39,7 @@ double near_plane(const world::WorldView& view, const Camera& camera, const Pixe
         const Vec3d low = Vec3d(dx, dy, dz) - camera.position.fraction;
         nearest = std::min(nearest, glm::length(glm::max(low, glm::min(low + 1.0, Vec3d(0)))));
       }
+  nearest = triangles.distance(camera.position, nearest);
   return std::clamp(0.5 * nearest, 0.5 * raster::kNearestFace, 0.05) / rays.longest;
 }
 
@@ -50,6 +52,7 @@ class Raster : public RasterBackend {
     if (rasterizer_) earlier_messages_ = messages();
     rasterizer_.reset();
     shadow_store_ = 0;
+    meshes_.clear();
     TRY(rasterizer_, raster::Rasterizer::make(options_));
     return {};
   }
@@ -98,6 +101,8 @@ class Raster : public RasterBackend {
     }
     TRY(const uint64_t shape_bytes, rasterizer_->set_shapes(shapes_.chunks(), shapes_.quads()));
     bytes += shape_bytes;
+    TRY(const uint64_t mesh_bytes, send_meshes(view));
+    bytes += mesh_bytes;
     light_.follow(view, light, knobs.light_model);
     TRY(const uint64_t light_bytes, rasterizer_->light_grid().follow(rasterizer_->device(), light_));
     bytes += light_bytes;
@@ -133,8 +138,8 @@ class Raster : public RasterBackend {
     const double upload_ms = ms_since(upload_start);
     const Shading shading(sky, view.palette());
     rasterizer_->seed = sampling.seed;
-    const double near =
-        near_plane(view, camera, PixelRays(camera, width, height), shapes_.has_shape(camera.position.voxel));
+    const double near = near_plane(view, camera, PixelRays(camera, width, height),
+                                   shapes_.has_shape(camera.position.voxel), rasterizer_->triangles());
     TRY(const std::optional<raster::MirrorPicture> mirrored,
         picture_in_mirror(view, camera, sky, shading, knobs, width, height));
     rasterizer_->mirrored = mirrored ? &*mirrored : nullptr;
@@ -144,6 +149,7 @@ class Raster : public RasterBackend {
     frame.report.passes.insert(frame.report.passes.begin(),
                                {{"extract", extract_ms, 0, 0}, {"upload", upload_ms, 0, bytes}});
     frame.report.warnings = rasterizer_->device().warnings();
+    for (const std::string& dropped : rasterizer_->triangles().dropped()) frame.report.warnings.push_back(dropped);
     frame.report.ms = ms_since(start);
     return frame;
   }
@@ -162,7 +168,7 @@ class Raster : public RasterBackend {
         raster::find_mirror_plane(view, rays_.stream(view.store(), world::MaskKind::occupied), camera, width, height);
     if (!plane) return picture;
     const Camera behind = raster::mirrored_camera(camera, *plane);
-    const double near = near_plane(view, behind, PixelRays(behind, width, height), false);
+    const double near = near_plane(view, behind, PixelRays(behind, width, height), false, rasterizer_->triangles());
     rasterizer_->behind = &*plane;
     const EffectPlan no_effects;
     RenderKnobs plain = knobs;
@@ -272,6 +278,26 @@ class Raster : public RasterBackend {
     return levels;
   }
 
+  /// The world's meshes, where they aren't those that are there already.
+  world::Result<uint64_t> send_meshes(const world::WorldView& view) {
+    const std::vector<world::MeshInstance>& meshes = view.world().meshes;
+    const auto same = [](const world::MeshInstance& a, const world::MeshInstance& b) {
+      return a.mesh == b.mesh && a.position.voxel == b.position.voxel && a.position.fraction == b.position.fraction &&
+             a.transform == b.transform && a.block_id == b.block_id && a.null_surface == b.null_surface &&
+             a.radiance == b.radiance && a.smooth == b.smooth && a.checker_id == b.checker_id &&
+             a.checkers == b.checkers;
+    };
+    if (std::equal(meshes.begin(), meshes.end(), meshes_.begin(), meshes_.end(), same)) return uint64_t{0};
+    meshes_.clear();
+    raster::TriangleList list;
+    TRY_STATUS(add_meshes(view.world(), list));
+    raster::DrawnTriangles& triangles = rasterizer_->triangles();
+    triangles.binding_limit = rasterizer_->binding_limit;
+    TRY(const uint64_t bytes, triangles.set(rasterizer_->device(), list, "meshes"));
+    meshes_ = meshes;
+    return bytes;
+  }
+
   world::Result<uint64_t> send_shadow_grid(const world::WorldView& view, const std::vector<world::LeafPos>& dirty) {
     const world::MaskVolume& opaque = view.masks(world::MaskKind::opaque);
     rasterizer_->shadow_grid().binding_limit = rasterizer_->binding_limit;
@@ -288,6 +314,7 @@ class Raster : public RasterBackend {
   ShapeExtractor shapes_;
   Extractor extractor_;
   CoarseLevels levels_;
+  std::vector<world::MeshInstance> meshes_;  // whose triangles are on the device
   ExtractKnobs coarse_;
   SurfaceLight light_;
   SunMap sun_map_;

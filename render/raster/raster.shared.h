@@ -42,6 +42,8 @@ SHARED_CONST uint kBindShapeLit =
 SHARED_CONST uint kBindSunHeights = 22;      // uint texels: sun_heights.h
 SHARED_CONST uint kBindPutOff = 23;          // uint[]   pixels that shading puts off
 SHARED_CONST uint kBindPutOffDispatch = 24;  // uint[5]  the dispatch over them; how many; rays to the sun
+SHARED_CONST uint kBindMeshes = 25;          // uvec4 texels: triangles.h, see below
+SHARED_CONST uint kBindSkyTable = 26;        // vec4 texels: irradiance by normal, of a sky of a time of day
 SHARED_CONST uint kBindBalls = 96;           // DrawnBall[] particles, from far to near
 SHARED_CONST uint kBindBoxes = 97;           // DrawnBox[]  bodies
 SHARED_CONST uint kBindHistory = 98;         // vec4[]   what the pictures before saw of each pixel
@@ -75,7 +77,9 @@ SHARED_CONST uint kSpecBlends = 7;            // bool: some chunks are drawn in 
 SHARED_CONST uint kSpecCountsRays = 8;        // bool: shading counts the pixels that cast a ray to the sun
 SHARED_CONST uint kSpecPutOff = 9;            // bool: that second pass
 SHARED_CONST uint kSpecShadedPart = 10;       // kShaded...: what of the picture
-SHARED_CONST uint kSpecShapesPutOff = 11;     // bool: shading leaves faces of shapes to the second pass
+SHARED_CONST uint kSpecSeenPutOff = 11;       // kSeenShape, kSeenMesh: what shading leaves to the second pass
+SHARED_CONST uint kSpecMeshes = 12;           // bool: there are triangles, which rays to lights may meet
+SHARED_CONST uint kSpecMeshPixels = 13;       // bool: pixels may see them
 SHARED_CONST uint kSpecSkyModel = 32;         // bool: the sky of a time of day
 SHARED_CONST uint kSpecLuminaires = 33;       // bool
 SHARED_CONST uint kSpecMedia = 34;            // bool
@@ -123,6 +127,8 @@ struct PictureConstants {
                     // camera's voxel
   ivec4 sun_base;   // cell of the corner of the camera's voxel: u, v
   vec4 sun_slope;   // of u and v along the main axis; where in its cell the corner lies
+  uvec4 meshes;     // of the triangles: nodes; where triangles, vertices and materials begin
+  ivec4 mesh_base;  // the voxel that boxes are relative to; w: the largest coordinate of one, a float's bits
   vec4 screen;      // x: width, y: height, z: metres at view depth 1 that are 1.25/256 pixel
 };
 
@@ -167,6 +173,18 @@ bool chunk_shown(uint detail, vec2 pixel) {
 SHARED_CONST uint kSeenShape = 0x80000000u, kSeenChunkShift = 18u;
 SHARED_CONST uint kMostShapeChunks = 1u << 14;
 
+/// Where it sees a triangle that is no face: x = kSeenMesh | triangle, y = view depth, a float's bits.
+SHARED_CONST uint kSeenMesh = 0x40000000u, kSeenNoFace = 0xc0000000u;
+
+/// The buffer of triangles, in texels of four words: nodes of the tree (triangle_tree.h), two each: low corner, skip;
+/// high corner, leaf. Triangles in the order of leaves: three vertices, material. Vertices, three texels each: voxel,
+/// place in it (m), normal (0: the triangle's own), squares of a checkerboard. Materials, two each: the block of even
+/// squares, of the others; emitted radiance.
+SHARED_CONST uint kNodeLeafBits = 3u, kNoTriangle = 0xffffffffu;
+
+/// The table of a sky's irradiance: angles a side, see SkyLight::irradiance().
+SHARED_CONST int kSkyAngles = 21;
+
 /// A face of a shape: corner, w: lit; u, w: block as an int's bits; v, w: emission over that of a cube; normal, w:
 /// direction as an int's bits, 6 for both sides; along u, w: of the corner; along v, w: of the corner: (p - corner) .
 /// along = 0..1 on it; normal, w: . corner. Of the first face of a shape: its box's low corner, w: how many faces it
@@ -174,7 +192,7 @@ SHARED_CONST uint kMostShapeChunks = 1u << 14;
 SHARED_CONST uint kQuadVectors = 9u;
 
 #ifdef __cplusplus
-static_assert(sizeof(PictureConstants) == (13 + 12 + 14 + 3 + 7 + 18) * 16);
+static_assert(sizeof(PictureConstants) == (13 + 12 + 14 + 3 + 7 + 2 + 18) * 16);
 }  // namespace render::raster
 #endif
 #endif

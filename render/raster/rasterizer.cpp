@@ -151,6 +151,7 @@ world::Status Rasterizer::bind_shared(const Drawing& drawing) {
   PictureConstants constants = picture_constants(drawing, shadow_grid_, light_grid_, sun_map_frame_);
   lighting_.describe(drawing.view, drawing.camera, drawing.knobs, seed, constants);
   sun_heights_.describe(drawing.camera, constants);
+  triangles_.describe(constants);
   TRY_STATUS(context().fill(picture_, &constants, sizeof constants, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT));
   bindings_.bind(kBindPicture, picture_);
   bindings_.bind(kBindRegions, shadow_grid_.regions());
@@ -168,6 +169,16 @@ world::Status Rasterizer::bind_shared(const Drawing& drawing) {
   };
   bind_if_made(kBindLighting, lighting_.words());
   bind_if_made(kBindSeenLuminaires, lighting_.seen());
+  bind_if_made(kBindMeshes, triangles_.texels());
+  if (!triangles_.empty()) {
+    std::vector<vec4> sky;
+    static_assert(kSkyAngles == world::SkyLight::kAngles);
+    if (drawing.sky.light)
+      for (const world::Irradiance3& e : drawing.sky.light->irradiances()) sky.emplace_back(e.r, e.g, e.b, 0);
+    TRY_STATUS(
+        context().fill_texels(sky_table_, VK_FORMAT_R32G32B32A32_SFLOAT, sky.data(), sky.size() * sizeof sky[0]));
+    bindings_.bind(kBindSkyTable, sky_table_);
+  }
   bindings_.bind(kBindTextureBlocks, texture_blocks_);
   bindings_.bind(kBindTexels, texels_);
   bindings_.bind(kBindSeen, targets_.seen);
@@ -265,10 +276,10 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
   std::vector<FacePool*> levels;
   for (const auto& level : levels_) levels.push_back(level.get());
   TRY_STATUS(lighting_.see(*device_, camera, width, height));
-  const Drawing drawing{view,    levels,          shape_pool_, shape_points_,      quads_,  camera,          rays,
-                        sky,     sky.environment, lighting_,   textured_,          shading, knobs,           light,
-                        near,    width,           height,      finish.inhabitants, bare,    counts_sun_rays, behind,
-                        mirrored};
+  const Drawing drawing{
+      view,  levels,          shape_pool_,        shape_points_, quads_,          triangles_, camera,  rays,
+      sky,   sky.environment, lighting_,          textured_,     shading,         knobs,      light,   near,
+      width, height,          finish.inhabitants, bare,          counts_sun_rays, behind,     mirrored};
   Frame frame;
   FrameReport& report = frame.report;
 

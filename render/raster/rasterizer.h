@@ -46,6 +46,8 @@ class Rasterizer {
   world::Result<uint64_t> follow_sun_map(const SunMap& map);
   /// Luminaires, media and how blocks scatter, where the world calls for them. Followed before draw().
   Lighting& lighting() { return lighting_; }
+  /// Triangles beside the faces: those of the world's meshes.
+  DrawnTriangles& triangles() { return triangles_; }
   /// Sends the texels where they have a new version. Returns the bytes sent.
   world::Result<uint64_t> follow_textures(const TextureSet& textures);
   /// Of the numbers by which lights are sampled.
@@ -88,6 +90,8 @@ class Rasterizer {
   LightGrid light_grid_;
   SunHeights sun_heights_;
   Lighting lighting_;
+  DrawnTriangles triangles_;
+  gpu::Buffer sky_table_;  // for their light
   gpu::Buffer texture_blocks_, texels_;
   uint64_t textures_version_ = 0;
   bool textured_ = false;

@@ -47,7 +47,8 @@ std::vector<Constant> shading_constants(const Drawing& drawing) {
           {kSpecTextures, drawing.textured ? static_cast<uint32_t>(knobs.textures) : 0},
           {kSpecAnisotropy, drawing.textured ? static_cast<uint32_t>(std::max(knobs.texture_anisotropy, 1)) : 1},
           {kSpecNormalDetail, drawing.textured ? std::bit_cast<uint32_t>(knobs.normal_detail) : 0},
-          {kSpecSunMapFilter, static_cast<uint32_t>(std::clamp(knobs.sun_map_filter, 1, 15))}};
+          {kSpecSunMapFilter, static_cast<uint32_t>(std::clamp(knobs.sun_map_filter, 1, 15))},
+          {kSpecMeshes, !drawing.triangles.empty()}};
 }
 
 PassKind ShadePass::kind() {
@@ -74,8 +75,10 @@ uint32_t ShadePass::PixelList::sun_rays() const {
 
 world::Status ShadePass::prepare(PassContext& context, const Drawing& drawing, FrameReport&) {
   const bool any_shapes = !drawing.shapes.chunks().empty();
+  const bool any_triangles = !drawing.triangles.empty();
   const bool in_image = context.targets.colour.handle != VK_NULL_HANDLE;
   const bool few_shapes = in_image && any_shapes && shapes_are_few(drawing);
+  const uint32_t put_off = (few_shapes ? kSeenShape : 0) | (in_image && any_triangles ? kSeenMesh : 0);
   const std::vector<Constant> shading = shading_constants(drawing);
   const auto with = [&](std::initializer_list<Constant> more) {
     std::vector<Constant> all = shading;
@@ -83,9 +86,12 @@ world::Status ShadePass::prepare(PassContext& context, const Drawing& drawing, F
     return all;
   };
   counts_rays_ = drawing.counts_sun_rays;
-  const auto compute = [&](bool put_off) -> world::Result<const Pipeline*> {
-    const auto all = with(
-        {{kSpecShapes, any_shapes}, {kSpecToImage, in_image}, {kSpecCountsRays, counts_rays_}, {kSpecPutOff, put_off}});
+  const auto compute = [&](bool of_list) -> world::Result<const Pipeline*> {
+    const auto all = with({{kSpecShapes, any_shapes},
+                           {kSpecMeshPixels, any_triangles},
+                           {kSpecToImage, in_image},
+                           {kSpecCountsRays, counts_rays_},
+                           {kSpecPutOff, of_list}});
     Pipeline& made = pipelines_[all];
     if (!made) {
       TRY(made, make_compute(context.device, shade_comp_spv, all));
@@ -109,14 +115,13 @@ world::Status ShadePass::prepare(PassContext& context, const Drawing& drawing, F
   if (in_image) {
     // Depth is reversed, and 0 where nothing is seen.
     TRY(sky_, whole(kShadedSky, VK_COMPARE_OP_EQUAL, {}));
-    TRY(surfaces_, whole(kShadedSurfaces, VK_COMPARE_OP_LESS,
-                         {{kSpecShapes, any_shapes && !few_shapes},
-                          {kSpecShapesPutOff, few_shapes},
-                          {kSpecCountsRays, counts_rays_}}));
+    TRY(surfaces_,
+        whole(kShadedSurfaces, VK_COMPARE_OP_LESS,
+              {{kSpecShapes, any_shapes && !few_shapes}, {kSpecSeenPutOff, put_off}, {kSpecCountsRays, counts_rays_}}));
   } else {
     TRY(bands_, compute(false));
   }
-  if (few_shapes) {
+  if (put_off) {
     TRY(put_off_pipeline_, compute(true));
   }
   const VkExtent2D extent = context.targets.extent();

@@ -1,11 +1,11 @@
 /// Turns what each pixel sees into radiance. Compiled for what a picture asks for.
 ///
 /// The picture is shaded by a triangle over all of it: the test of depth parts the sky from surfaces, so that neither
-/// runs through the other's shader (software runs all branches of one for all of its lanes). Faces of shapes, where
-/// they are few, are listed and shaded by a dispatch over them alone. A picture too large for an image is shaded in
-/// bands of rows by dispatches. Rays to the sun are cast in place: listing those that its height map leaves open,
-/// casting them by a dispatch and shading again what lies in shadow took 58 ms where this takes 34 (valley, 338,000
-/// rays).
+/// runs through the other's shader (software runs all branches of one for all of its lanes). Triangles
+/// that are no faces, and faces of shapes, where these are few, are listed and shaded by a dispatch over them alone. A
+/// picture too large for an image is shaded in bands of rows by dispatches. Rays to the sun are cast in place: listing
+/// those that its height map leaves open, casting them by a dispatch and shading again what lies in shadow took 58 ms
+/// where this takes 34 (valley, 338,000 rays).
 #pragma once
 
 #include <map>

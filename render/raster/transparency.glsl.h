@@ -30,6 +30,7 @@ float plane_t(uint axis, int plane, vec3 ray) {
 float seen_t(uvec2 seen, vec3 ray) {
   if (seen.x == 0u) return 1e30;
   if (kShapes && (seen.x & kSeenShape) != 0u) return shape_distance(seen, ray);
+  if (kMeshes && (seen.x & kSeenNoFace) == kSeenMesh) return uintBitsToFloat(seen.y);
   return plane_t(seen_face(seen.x) >> 1u, int(seen.y), ray);
 }
 

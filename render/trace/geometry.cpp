@@ -104,7 +104,10 @@ TraceRay Surface::spawn(const Vec3f& direction) const {
 // --- scene --------------------------------------------------------------------------------------------------------
 
 bool calls_for_trace_scene(const world::World& world) {
-  return !world.meshes.empty() || std::any_of(world.luminaires.begin(), world.luminaires.end(), gives_light) ||
+  // A null surface shows nothing but the medium that it bounds.
+  const auto shows = [](const world::MeshInstance& m) { return !m.null_surface || !m.interior_medium.empty(); };
+  return std::any_of(world.meshes.begin(), world.meshes.end(), shows) ||
+         std::any_of(world.luminaires.begin(), world.luminaires.end(), gives_light) ||
          std::any_of(world.media.begin(), world.media.end(), has_strength);
 }
 

@@ -16,7 +16,7 @@ constexpr double kFullMoon = 0.25;      // lx on a surface that faces it, high i
 constexpr double kNightSky = 2e-4;      // cd/m^2, of air glow and faint stars, without a moon
 constexpr double kBrightestStar = 0.5;  // cd/m^2 of a star of magnitude 0 (2.5e-6 lx) spread over its spot
 constexpr double kGroundAlbedo = 0.25;
-constexpr int kAngles = 21;                          // of the table
+constexpr int kAngles = SkyLight::kAngles;
 constexpr int kPolarSteps = 48, kAzimuthSteps = 96;  // of the integration, over the whole sphere
 constexpr double kModelAltitude = 10 * kDegree;      // above it the daylight model holds as it is
 

@@ -45,6 +45,9 @@ class SkyLight {
   /// On a surface of any unit normal that nothing hides. From a table of 21 x 21 normals, made by integration.
   /// error  below 1 % of the irradiance of an upward surface for all normals and times (sky_light_test.cpp)
   Irradiance3 irradiance(const Vec3d& normal) const;
+  /// That table, for those who look it up elsewhere: by angle from the zenith, then by azimuth from the sun's, 0 to pi.
+  static constexpr int kAngles = 21;
+  const std::vector<Irradiance3>& irradiances() const { return table_; }
 
   /// What shines on the world: the sun, or at night the moon, towards it and on a surface that faces it.
   const Vec3d& light_direction() const { return light_direction_; }

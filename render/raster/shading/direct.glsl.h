@@ -56,6 +56,8 @@ struct LitPoint {
   ivec3 voxel;
   vec3 fraction;
   vec3 normal, to_eye;
+  vec3 side;      // the normal without detail: no light comes from behind its plane
+  uint triangle;  // that the place lies on, or kNoTriangle
 };
 
 /// By the map of a spot.
@@ -78,8 +80,10 @@ float spot_map_lit(uint at, const LitPoint p, vec3 direction, float distance) {
 float luminaire_visible(uint at, const LitPoint p, uint flags, vec3 direction, float distance) {
   if (kLuminaireShadow == kLuminaireShadowNone || (flags & kLumNoShadow) != 0u) return 1.0;
   if (kLuminaireShadow == kLuminaireShadowMap && lighting[at + kLumMap] != 0u)
-    return spot_map_lit(at, p, direction, distance);
-  return clear_between(p.voxel, p.fraction, direction, distance * (1.0 - 1e-4)) ? 1.0 : 0.0;
+    return kMeshes && meets_mesh(p.voxel, p.fraction, direction, distance * (1.0 - 1e-4), p.triangle)
+               ? 0.0
+               : spot_map_lit(at, p, direction, distance);
+  return nothing_between(p.voxel, p.fraction, direction, distance * (1.0 - 1e-4), p.triangle) ? 1.0 : 0.0;
 }
 
 vec3 one_luminaire(uint number, const LitPoint p, const Scatterer s) {
@@ -98,7 +102,7 @@ vec3 one_luminaire(uint number, const LitPoint p, const Scatterer s) {
                        ? vec2(0.0)
                        : sampler_two(dimension, i, picture.light_samples.y == 0u);
     const ArrivingLight light = luminaire_light(at, flags, receiver, u);
-    if (!(largest_band(light.biradiance) > 0.0)) continue;
+    if (!(largest_band(light.biradiance) > 0.0 && dot(light.direction, p.side) > 0.0)) continue;
     vec3 arrives = light.biradiance * scattered_share(s, flags, light.direction, p.to_eye, p.normal);
     if (!(largest_band(arrives) > 0.0)) continue;
     arrives *= luminaire_visible(at, p, flags, light.direction, light.distance);

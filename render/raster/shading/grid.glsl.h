@@ -1,6 +1,7 @@
 // The opaque voxels of the world (render/raster/shadow_grid.h) and rays through them.
 #ifndef LOAM_RENDER_RASTER_SHADING_GRID_GLSL_H
 #define LOAM_RENDER_RASTER_SHADING_GRID_GLSL_H
+#include "render/raster/shading/mesh_rays.glsl.h"
 #include "render/raster/shading/picture.glsl.h"
 
 layout(binding = kBindRegions) uniform isamplerBuffer regions;
@@ -100,15 +101,22 @@ int sun_look(const ivec3 start, const vec3 fraction, out float t_max) {
   return -1;
 }
 
+/// The same with the triangles of the picture, but for one that the start lies on.
+bool nothing_between(const ivec3 start, const vec3 fraction, const vec3 direction, float t_max, uint triangle) {
+  return clear_between(start, fraction, direction, t_max) &&
+         !(kMeshes && meets_mesh(start, fraction, direction, t_max, triangle));
+}
+
 /// Set where a ray to the sun was cast.
 bool sun_ray_cast = false;
 
-/// Whether nothing opaque lies between a point of a voxel and the sun.
-bool sun_visible(const ivec3 start, const vec3 fraction) {
+/// Whether nothing opaque lies between a point of a voxel and the sun, nor any triangle but one.
+bool sun_visible(const ivec3 start, const vec3 fraction, uint triangle) {
   float t_max;
   const int says = sun_look(start, fraction, t_max);
   sun_ray_cast = sun_ray_cast || says < 0;
-  return says < 0 ? clear_between(start, fraction, picture.sun.xyz, t_max) : says > 0;
+  const bool open = says < 0 ? clear_between(start, fraction, picture.sun.xyz, t_max) : says > 0;
+  return open && !(kMeshes && meets_mesh(start, fraction, picture.sun.xyz, 1e30, triangle));
 }
 
 #endif

@@ -1,11 +1,13 @@
-// Radiance of a pixel from what it sees: a surface (surface.glsl.h), a face of a shape, or the sky.
+// Radiance of a pixel from what it sees: a surface (surface.glsl.h), a face of a shape, a triangle, or the sky.
 #ifndef LOAM_RENDER_RASTER_SHADING_PIXEL_GLSL_H
 #define LOAM_RENDER_RASTER_SHADING_PIXEL_GLSL_H
+#include "render/raster/shading/mesh.glsl.h"
 #include "render/raster/shading/shape.glsl.h"
 #include "render/raster/shading/sky.glsl.h"
 #include "render/raster/shading/surface.glsl.h"
 
 layout(constant_id = kSpecShapes) const bool kShapes = false;
+layout(constant_id = kSpecMeshPixels) const bool kMeshPixels = false;
 layout(constant_id = kSpecShadedPart) const uint kShadedPart = kShadedAll;
 layout(binding = kBindSeen) uniform utexture2D seen_image;
 /// Through the middle of a pixel; its component along the camera's direction is 1.
@@ -40,6 +42,12 @@ vec3 pixel_radiance(uvec2 pixel, uvec2 seen) {
     if (t <= picture.sun.w * inverse_length) {
       distance = t / inverse_length;
       colour = shape_radiance(seen, ray, t);
+    }
+  } else if (kMeshPixels && (seen.x & kSeenNoFace) == kSeenMesh) {
+    const float t = uintBitsToFloat(seen.y);
+    if (t <= picture.sun.w * inverse_length) {
+      distance = t / inverse_length;
+      colour = mesh_radiance(seen, ray, t);
     }
   } else if (kShadedPart == kShadedSurfaces || (kShadedPart == kShadedAll && seen.x != 0u)) {
     const int axis = int(seen_face(seen.x) >> 1);

@@ -48,13 +48,14 @@ vec3 shape_radiance(uvec2 seen, vec3 ray, float t) {
     if (code != kLightUnknown) light = decode_light(code, face);
     if (kSunShadow == kSunShadowSkyLight) visible = visible && sees_whole_sky(code);
   }
-  if (kSunShadow == kSunShadowRay && visible) visible = sun_visible(cell, fraction);
+  if (kSunShadow == kSunShadowRay && visible) visible = sun_visible(cell, fraction, kNoTriangle);
   float sun = visible ? 1.0 : 0.0;
-  if (kSunShadow == kSunShadowMap && visible) sun = sun_map_at(cell, fraction, axis);
+  if (kSunShadow == kSunShadowMap && visible) sun = sun_by_map(cell, fraction, axis, kNoTriangle);
   LitPoint p;
   p.voxel = cell;
   p.fraction = fraction;
-  p.normal = side;
+  p.normal = p.side = side;
+  p.triangle = kNoTriangle;
   p.to_eye = -normalize(ray);
   if (kSkyRays > 0u) light *= open_sky(p);
   const vec3 emitted = emission_of(block) * texelFetch(quads, at + 2).w;

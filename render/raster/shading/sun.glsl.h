@@ -26,4 +26,10 @@ float sun_map_at(const ivec3 voxel, const vec3 fraction, const uint axis) {
   return sum / float(kSunMapFilter * kSunMapFilter);
 }
 
+/// The same, and 0 where a triangle but one lies on the way: maps hold none.
+float sun_by_map(const ivec3 voxel, const vec3 fraction, const uint axis, uint triangle) {
+  if (kMeshes && meets_mesh(voxel, fraction, picture.sun.xyz, 1e30, triangle)) return 0.0;
+  return sun_map_at(voxel, fraction, axis);
+}
+
 #endif

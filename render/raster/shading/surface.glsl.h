@@ -57,7 +57,7 @@ float open_sky(const LitPoint p) {
     const vec2 u = sampler_two(kVertexDimension + kOcclusion, i, picture.light_samples.y == 0u);
     const float r = sqrt(u.x), angle = 2.0 * 3.14159265 * u.y;
     const vec3 direction = r * cos(angle) * a + r * sin(angle) * b + sqrt(1.0 - u.x) * p.normal;
-    if (clear_between(p.voxel, p.fraction, direction, picture.sun_irradiance.w)) ++open;
+    if (nothing_between(p.voxel, p.fraction, direction, picture.sun_irradiance.w, p.triangle)) ++open;
   }
   return float(open) / float(kSkyRays);
 }
@@ -78,7 +78,7 @@ vec3 face_radiance(const FacePoint p) {
   const uint face = p.face, axis = face >> 1;
   const bool positive = (face & 1u) == 1u;
   bool visible = picture.sun_lit[face].w != 0.0;
-  if (kSunShadow == kSunShadowRay && visible) visible = sun_visible(p.front, p.fraction);
+  if (kSunShadow == kSunShadowRay && visible) visible = sun_visible(p.front, p.fraction, kNoTriangle);
   vec3 lit = picture.sky_lit[face].rgb;
   if (kLight != kLightNone || kCornerOcclusion) {
     ivec3 voxel = p.front;
@@ -107,13 +107,15 @@ vec3 face_radiance(const FacePoint p) {
     lit = light_on_face(voxel, face, at, code);
   }
   float sun = visible ? 1.0 : 0.0;
-  if (kSunShadow == kSunShadowMap && visible) sun = sun_map_at(p.front, p.fraction, axis);
+  if (kSunShadow == kSunShadowMap && visible) sun = sun_by_map(p.front, p.fraction, axis, kNoTriangle);
   LitPoint at;
   at.voxel = p.front;
   at.fraction = p.fraction;
   at.normal = vec3(0.0);
   at.normal[axis] = positive ? 1.0 : -1.0;
   at.to_eye = p.to_eye;
+  at.side = at.normal;
+  at.triangle = kNoTriangle;
   if (kSkyRays > 0u) lit *= open_sky(at);
   const vec3 emitted = emission_of(p.block);
   float factor = 1.0;

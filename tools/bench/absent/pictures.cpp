@@ -57,6 +57,7 @@ struct Zero {
   const char* effect;
   const char* what;
   void (*put)(world::World&);
+  std::vector<std::string> backends{"raster", "raycast", "reference"};
 };
 
 world::Luminaire dark(const char* kind) {
@@ -114,6 +115,20 @@ const Zero kZeros[] = {
        rain.kind = "rain", rain.box = {{0, 60, 0}, {63, 60, 63}};
        w.simulation.particles.push_back(rain);
      }},
+    {"meshes",
+     "a null surface that holds no medium",
+     [](world::World& w) {
+       world::TriangleMesh mesh;
+       mesh.positions = {{0, 0, 0}, {60, 0, 0}, {0, 60, 0}};
+       mesh.triangles = {{0, 1, 2}};
+       world::MeshInstance instance;
+       instance.name = "pane";
+       instance.mesh = std::make_shared<const world::TriangleMesh>(std::move(mesh));
+       instance.position = world::WorldPoint::from(10, 5, 50);
+       instance.null_surface = true;
+       w.meshes.push_back(instance);
+     },
+     {"raster", "raycast"}},  // paths pass it
 };
 
 /// Knobs that must change nothing of the plain world's picture.
@@ -210,8 +225,8 @@ void add_absent_pictures(std::vector<AbsentCase>& cases) {
                        return AbsentCase::Pair{without, with};
                      }});
   };
-  for (const char* backend : {"raster", "raycast", "reference"})
-    for (const Zero& zero : kZeros)
+  for (const Zero& zero : kZeros)
+    for (const std::string& backend : zero.backends)
       add(backend, "", zero.effect, zero.what, [&zero](Drawn& with) {
         zero.put(*with.world);
         return Status{};

@@ -1,0 +1,213 @@
+#include "render/raster/triangles.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <glm/mat3x3.hpp>
+
+#include "render/raster/culling.h"
+
+namespace render::raster {
+
+using world::Vec3d;
+using world::VoxelPos;
+
+namespace {
+
+/// A run of triangles that is drawn as one, though some of it may lie outside of the picture.
+constexpr uint32_t kRunTriangles = 256;
+
+uint32_t bits(float v) { return std::bit_cast<uint32_t>(v); }
+
+Vec3d from_base(const world::WorldPoint& p, const VoxelPos& base) { return p - world::WorldPoint{base, Vec3d(0.0)}; }
+
+float rounded_down(double x) {
+  const float f = static_cast<float>(x);
+  return f > x ? std::nextafter(f, -INFINITY) : f;
+}
+
+TriangleBox box_of(const std::array<Vec3d, 3>& corners) {
+  const Vec3d low = glm::min(glm::min(corners[0], corners[1]), corners[2]),
+              high = glm::max(glm::max(corners[0], corners[1]), corners[2]);
+  TriangleBox box;
+  for (int a = 0; a < 3; ++a) box.low[a] = rounded_down(low[a]), box.high[a] = -rounded_down(-high[a]);
+  return box;
+}
+
+}  // namespace
+
+world::Status add_meshes(const world::World& world, TriangleList& list) {
+  for (const world::MeshInstance& instance : world.meshes) {
+    if (instance.null_surface || !instance.mesh) continue;
+    const world::TriangleMesh& mesh = *instance.mesh;
+    const glm::dmat3& m = instance.transform;
+    // Normals go with the cofactors, which are the inverse transpose times the determinant.
+    glm::dmat3 of_normals(cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1]));
+    const bool mirrored = dot(m[0], of_normals[0]) < 0;
+    double largest = 0;
+    for (int i = 0; i < 3; ++i) largest = std::max(largest, glm::length(of_normals[i]));
+    if (largest > 0) of_normals = of_normals * ((mirrored ? -1 : 1) / largest);
+    const bool checkered = instance.checkers.x > 0 && instance.checkers.y > 0;
+    const auto first = static_cast<uint32_t>(list.vertices.size()),
+               material = static_cast<uint32_t>(list.materials.size());
+    if (list.vertices.size() + mesh.positions.size() > UINT32_MAX)
+      return world::input_error(fmt::format("{}: all meshes together have more than 2^32 vertices", instance.where));
+    for (size_t i = 0; i < mesh.positions.size(); ++i) {
+      const Vec3d moved = m * Vec3d(mesh.positions[i]);
+      for (int a = 0; a < 3; ++a)
+        if (!(std::abs(instance.position.voxel[a] + instance.position.fraction[a] + moved[a]) <= world::kWorldBorder))
+          return world::input_error(
+              fmt::format("{}: the mesh \"{}\" reaches outside the world", instance.where, instance.name));
+      TriangleList::Vertex& v = list.vertices.emplace_back();
+      v.position = instance.position + moved;
+      if (instance.smooth && !mesh.normals.empty()) v.normal = glm::vec3(of_normals * Vec3d(mesh.normals[i]));
+      if (checkered && !mesh.texture_coordinates.empty()) v.checkers = mesh.texture_coordinates[i] * instance.checkers;
+    }
+    for (const glm::uvec3& t : mesh.triangles) {
+      const auto at = [&](uint32_t v) { return from_base(list.vertices[first + v].position, instance.position.voxel); };
+      if (!(glm::length(cross(at(t.y) - at(t.x), at(t.z) - at(t.x))) > 0)) continue;
+      list.triangles.push_back(
+          {{first + t.x, first + (mirrored ? t.z : t.y), first + (mirrored ? t.y : t.z)}, material});
+    }
+    const world::Radiance3& l = instance.radiance;
+    list.materials.push_back({instance.block_id, checkered ? instance.checker_id : instance.block_id, {l.r, l.g, l.b}});
+  }
+  return {};
+}
+
+void DrawnTriangles::clear() {
+  const uint64_t kept_limit = binding_limit;
+  *this = {};
+  binding_limit = kept_limit;
+}
+
+world::Result<uint64_t> DrawnTriangles::set(gpu::Device& device, const TriangleList& list, const std::string& what) {
+  clear();
+  if (list.triangles.empty()) return uint64_t{0};
+  const uint64_t most_texels = std::min<uint64_t>(binding_limit / 16, device.limits().maxTexelBufferElements);
+  const auto texels_of = [&](uint64_t nodes) {
+    return 2 * nodes + list.triangles.size() + 3 * list.vertices.size() + 2 * list.materials.size();
+  };
+  const auto drop = [&](uint64_t texels) {
+    dropped_.push_back(fmt::format("{} ({} triangles, {} MiB) are not drawn: a buffer of this device holds {} MiB",
+                                   what, list.triangles.size(), texels >> 16, most_texels >> 16));
+    return uint64_t{0};
+  };
+  if (texels_of(0) > most_texels || list.triangles.size() >= (uint64_t{1} << (32 - kNodeLeafBits)))
+    return drop(texels_of(0));
+
+  Vec3d low(INFINITY), high(-INFINITY);
+  const VoxelPos anchor = list.vertices[0].position.voxel;
+  for (const TriangleList::Vertex& v : list.vertices) {
+    const Vec3d at = from_base(v.position, anchor);
+    low = glm::min(low, at), high = glm::max(high, at);
+  }
+  const Vec3d middle = glm::floor(0.5 * (low + high));
+  base_ =
+      anchor + VoxelPos{static_cast<int32_t>(middle.x), static_cast<int32_t>(middle.y), static_cast<int32_t>(middle.z)};
+  std::vector<TriangleBox> boxes;
+  boxes.reserve(list.triangles.size());
+  for (const TriangleList::Triangle& t : list.triangles) {
+    std::array<Vec3d, 3> corners;
+    for (size_t k = 0; k < 3; ++k) corners[k] = from_base(list.vertices[t.corners[k]].position, base_);
+    boxes.push_back(box_of(corners));
+  }
+  tree_ = triangle_tree(boxes);
+  const uint64_t texels = texels_of(tree_.nodes.size());
+  if (texels > most_texels) {
+    tree_ = {};
+    return drop(texels);
+  }
+  for (int a = 0; a < 3; ++a)
+    reach_ = std::max({reach_, std::abs(tree_.nodes[0].low[a]), std::abs(tree_.nodes[0].high[a])});
+
+  bytes_ = texels * 16;
+  TRY(texels_, gpu::make_texel_buffer(device, bytes_, VK_FORMAT_R32G32B32A32_UINT, 0, gpu::MemoryUse::upload));
+  auto* out = reinterpret_cast<glm::uvec4*>(texels_.mapped());
+  for (const TriangleNode& n : tree_.nodes) {
+    *out++ = {bits(n.low.x), bits(n.low.y), bits(n.low.z), n.skip};
+    *out++ = {bits(n.high.x), bits(n.high.y), bits(n.high.z), n.leaf};
+  }
+  triangles_at_ = static_cast<uint32_t>(2 * tree_.nodes.size());
+  corners_.reserve(tree_.order.size());
+  for (const uint32_t number : tree_.order) {
+    const TriangleList::Triangle& t = list.triangles[number];
+    *out++ = {t.corners[0], t.corners[1], t.corners[2], t.material};
+    auto& corners = corners_.emplace_back();
+    for (size_t k = 0; k < 3; ++k) corners[k] = glm::vec3(from_base(list.vertices[t.corners[k]].position, base_));
+  }
+  vertices_at_ = static_cast<uint32_t>(triangles_at_ + list.triangles.size());
+  for (const TriangleList::Vertex& v : list.vertices) {
+    const glm::vec3 fraction(v.position.fraction);
+    const auto word = [](int32_t i) { return static_cast<uint32_t>(i); };
+    *out++ = {word(v.position.voxel.x), word(v.position.voxel.y), word(v.position.voxel.z), bits(fraction.x)};
+    *out++ = {bits(fraction.y), bits(fraction.z), bits(v.normal.x), bits(v.normal.y)};
+    *out++ = {bits(v.normal.z), bits(v.checkers.x), bits(v.checkers.y), 0};
+  }
+  materials_at_ = static_cast<uint32_t>(vertices_at_ + 3 * list.vertices.size());
+  for (const TriangleList::Material& m : list.materials) {
+    *out++ = {m.block, m.second, 0, 0};
+    *out++ = {bits(m.emitted.x), bits(m.emitted.y), bits(m.emitted.z), 0};
+  }
+  return bytes_;
+}
+
+void DrawnTriangles::cull(const Camera& camera, const PixelRays& rays, double view_distance,
+                          std::vector<Run>& out) const {
+  out.clear();
+  const Frustum frustum(rays);
+  const Vec3d base = -from_base(camera.position, base_);  // relative to the camera
+  for (uint32_t i = 0; i < tree_.nodes.size();) {
+    const TriangleNode& node = tree_.nodes[i];
+    const Vec3d low = base + Vec3d(node.low), high = base + Vec3d(node.high);
+    const Frustum::Side side = frustum.side(low, high);
+    if (side == Frustum::outside || distance_to_box(low, high) > view_distance) {
+      i = node.skip;
+      continue;
+    }
+    const uint32_t first = tree_.first[i], count = tree_.first[node.skip] - first;
+    if (side == Frustum::straddling && count > kRunTriangles) {
+      ++i;
+      continue;
+    }
+    if (!out.empty() && out.back().first + out.back().count == first)
+      out.back().count += count;
+    else
+      out.push_back({first, count});
+    i = node.skip;
+  }
+}
+
+double DrawnTriangles::distance(const world::WorldPoint& from, double most) const {
+  const Vec3d base = -from_base(from, base_);
+  for (uint32_t i = 0; i < tree_.nodes.size();) {
+    const TriangleNode& node = tree_.nodes[i];
+    // Corners are rounded by half a unit of their last place.
+    const double rounding = reach_ * 0x1p-23,
+                 box = distance_to_box(base + Vec3d(node.low), base + Vec3d(node.high)) - rounding;
+    if (box >= most) {
+      i = node.skip;
+      continue;
+    }
+    for (uint32_t k = node.leaf >> kNodeLeafBits, end = k + (node.leaf & ((1u << kNodeLeafBits) - 1)); k < end; ++k) {
+      const Vec3d a = base + Vec3d(corners_[k][0]), b = base + Vec3d(corners_[k][1]), c = base + Vec3d(corners_[k][2]),
+                  normal = cross(b - a, c - a);
+      const double size = glm::length(normal);
+      const double plane = size > 0 ? std::abs(dot(normal, a)) / size - rounding : 0;
+      most = std::min(
+          most,
+          std::max({plane, distance_to_box(glm::min(glm::min(a, b), c), glm::max(glm::max(a, b), c)) - rounding, 0.0}));
+    }
+    ++i;
+  }
+  return most;
+}
+
+void DrawnTriangles::describe(PictureConstants& picture) const {
+  picture.meshes = uvec4(static_cast<uint32_t>(tree_.nodes.size()), triangles_at_, vertices_at_, materials_at_);
+  picture.mesh_base = ivec4(base_.x, base_.y, base_.z, std::bit_cast<int>(reach_));
+}
+
+}  // namespace render::raster
