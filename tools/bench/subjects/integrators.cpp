@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "sim/bodies/integrators.h"
+#include "sim/knobs.h"
 #include "tools/bench/benchmark.h"
 
 namespace tools {
