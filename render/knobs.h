@@ -15,6 +15,7 @@ using world::LightModel;
 enum class ProxyShapes { cube, billboard, mesh };
 enum class FaceEdges { hardware, exact };
 enum class ContourShape { off, planes, field };  // in the order of world::ContourShape
+enum class ContourMesh { blocks, surface_nets, marching_cubes, marching_tetrahedra, openvdb };  // as SurfaceMethod
 enum class LightTransport { direct, ambient_occlusion, whitted, path, photons };
 enum class SampleSequence { random, sobol };
 enum class DensityTracking { delta, exact };
@@ -48,6 +49,9 @@ constexpr auto knob_choices(Transparency) {
 }
 constexpr auto knob_choices(CoveragePattern) {
   return std::array<std::string_view, 3>{"exact", "hashed", "correlated"};
+}
+constexpr auto knob_choices(ContourMesh) {
+  return std::array<std::string_view, 5>{"blocks", "surface_nets", "marching_cubes", "marching_tetrahedra", "openvdb"};
 }
 constexpr auto knob_choices(ContourShape) { return std::array<std::string_view, 3>{"off", "planes", "field"}; }
 

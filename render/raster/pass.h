@@ -51,7 +51,7 @@ struct Drawing {
   FacePool& shapes;                  // of blocks that have a shape of their own
   FacePool& shape_points;            // the same, a record a voxel
   std::span<const ShapeQuad> quads;  // that the records of shapes name
-  const DrawnTriangles& triangles;   // of meshes
+  const DrawnTriangles& triangles;   // of meshes and smooth surfaces
   const Camera& camera;              // off the planes of the grid
   const PixelRays& rays;
   const SkyView& sky;
@@ -65,6 +65,7 @@ struct Drawing {
   int width, height;
   Inhabitants inhabitants;
   bool bare;                                // see Rasterizer::bare
+  bool triangles_alone;                     // see Rasterizer::triangles_alone
   bool counts_sun_rays;                     // see Rasterizer::counts_sun_rays
   const MirrorPlane* behind = nullptr;      // the picture is taken from behind this plane, for the one seen in it
   const MirrorPicture* mirrored = nullptr;  // what that showed

@@ -24,14 +24,20 @@ double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
+/// Whether a world has a surface that the knobs ask for in place of its cubes.
+bool shows_surface(const world::Store& store, const RenderKnobs& knobs) {
+  return knobs.contours != ContourShape::off && (store.find_layer(world::Layer::distance) ||
+                                                 (store.find_layer(world::Layer::density) && knobs.contour_iso > 0));
+}
+
 /// View depth closer than which nothing can lie in the picture, at most 5 cm: so the near plane cuts no hole into a
 /// wall that the camera touches. Depth is reversed and in float, so that a tiny near plane costs no precision.
 double near_plane(const world::WorldView& view, const Camera& camera, const PixelRays& rays, bool in_shape,
-                  const raster::DrawnTriangles& triangles) {
+                  const raster::Rasterizer& rasterizer) {
   const world::MaskVolume& occupied = view.masks(world::MaskKind::occupied);
   const bool inside = occupied.test(camera.position.voxel);
   double nearest = in_shape ? 0 : 1;
-  for (int dx = -1; dx <= 1; ++dx)
+  for (int dx = -1; dx <= 1 && !rasterizer.triangles_alone; ++dx)
     for (int dy = -1; dy <= 1; ++dy)
       for (int dz = -1; dz <= 1; ++dz) {
         const world::VoxelPos step{dx, dy, dz};
@@ -39,7 +45,7 @@ double near_plane(const world::WorldView& view, const Camera& camera, const Pixe
         const Vec3d low = Vec3d(dx, dy, dz) - camera.position.fraction;
         nearest = std::min(nearest, glm::length(glm::max(low, glm::min(low + 1.0, Vec3d(0)))));
       }
-  nearest = triangles.distance(camera.position, nearest);
+  nearest = rasterizer.triangles().distance(camera.position, nearest);
   return std::clamp(0.5 * nearest, 0.5 * raster::kNearestFace, 0.05) / rays.longest;
 }
 
@@ -52,7 +58,7 @@ class Raster : public RasterBackend {
     if (rasterizer_) earlier_messages_ = messages();
     rasterizer_.reset();
     shadow_store_ = 0;
-    meshes_.clear();
+    meshes_.clear(), surface_ = {};
     TRY(rasterizer_, raster::Rasterizer::make(options_));
     return {};
   }
@@ -84,24 +90,39 @@ class Raster : public RasterBackend {
   void draw_bare(bool bare) override { rasterizer_->bare = bare; }
 
  private:
-  world::Result<Frame> attempt_render(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs,
+  world::Result<Frame> attempt_render(const world::WorldView& view, const Camera& camera, const RenderKnobs& asked,
                                       int width, int height) {
     const auto start = Clock::now();
     if (!rasterizer_) TRY_STATUS(open());
+    if (!(asked.contour_iso >= 0 && std::isfinite(asked.contour_iso)))
+      return world::usage_error("contour_iso must be a finite density of 0 or more");
+    // A smooth surface stands for all blocks: no faces, no layers, and no grid or map of them for shadows.
+    const bool smooth = rasterizer_->triangles_alone = shows_surface(view.store(), asked);
+    RenderKnobs knobs = asked;
+    if (smooth) {
+      knobs.transparency = Transparency::opaque, knobs.corner_occlusion = false, knobs.lod_error_px = 0;
+      if (knobs.sun_shadow == SunShadow::map) knobs.sun_shadow = SunShadow::ray;
+    }
     TRY_STATUS(check_light(light, knobs));
     TRY(const SkyView sky, sky_view(view.environment(), knobs, sky_light_));
-    TRY(const std::vector<world::LeafPos> dirty, follow(view, camera, knobs, width, height));
+    std::vector<world::LeafPos> dirty;
+    if (!smooth) {
+      TRY(dirty, follow(view, camera, knobs, width, height));
+    }
+    const std::span<const ExtractedChunk* const> no_faces;
     const double extract_ms = ms_since(start);
     const auto upload_start = Clock::now();
-    TRY(uint64_t bytes, rasterizer_->set_faces(extractor_.chunks()));
-    rasterizer_->set_level_count(levels_.count());
-    for (int k = 1; k <= levels_.count(); ++k) {
+    TRY(uint64_t bytes, rasterizer_->set_faces(smooth ? no_faces : extractor_.chunks()));
+    const int levels = smooth ? 0 : levels_.count();
+    rasterizer_->set_level_count(levels);
+    for (int k = 1; k <= levels; ++k) {
       TRY(const uint64_t level_bytes, rasterizer_->set_level(k, levels_.level(k).chunks()));
       bytes += level_bytes;
     }
-    TRY(const uint64_t shape_bytes, rasterizer_->set_shapes(shapes_.chunks(), shapes_.quads()));
+    const std::span<const ShapeChunk* const> no_shapes;
+    TRY(const uint64_t shape_bytes, rasterizer_->set_shapes(smooth ? no_shapes : shapes_.chunks(), shapes_.quads()));
     bytes += shape_bytes;
-    TRY(const uint64_t mesh_bytes, send_meshes(view));
+    TRY(const uint64_t mesh_bytes, send_triangles(view, smooth, knobs));
     bytes += mesh_bytes;
     light_.follow(view, light, knobs.light_model);
     TRY(const uint64_t light_bytes, rasterizer_->light_grid().follow(rasterizer_->device(), light_));
@@ -121,13 +142,14 @@ class Raster : public RasterBackend {
     TRY_STATUS(textures_.follow(view.palette(), knobs));
     TRY(const uint64_t texture_bytes, rasterizer_->follow_textures(textures_));
     bytes += lighting_bytes + texture_bytes;
-    if (knobs.sun_shadow == SunShadow::ray || knobs.corner_occlusion || knobs.sky_rays > 0 || lighting.casts_rays()) {
+    if (!smooth &&
+        (knobs.sun_shadow == SunShadow::ray || knobs.corner_occlusion || knobs.sky_rays > 0 || lighting.casts_rays())) {
       TRY(const uint64_t more, send_shadow_grid(view, dirty));
       bytes += more;
     } else if (!dirty.empty()) {
       shadow_store_ = 0;
     }
-    if (knobs.sun_shadow == SunShadow::ray && sky.environment.sun_irradiance != world::Irradiance3{}) {
+    if (!smooth && knobs.sun_shadow == SunShadow::ray && sky.environment.sun_irradiance != world::Irradiance3{}) {
       const world::ParallelRays& to_sun =
           rays_.parallel(view.store(), world::MaskKind::opaque, sky.environment.sun_direction);
       TRY(const uint64_t more, rasterizer_->sun_heights().follow(rasterizer_->device(), to_sun));
@@ -139,7 +161,7 @@ class Raster : public RasterBackend {
     const Shading shading(sky, view.palette());
     rasterizer_->seed = sampling.seed;
     const double near = near_plane(view, camera, PixelRays(camera, width, height),
-                                   shapes_.has_shape(camera.position.voxel), rasterizer_->triangles());
+                                   !smooth && shapes_.has_shape(camera.position.voxel), *rasterizer_);
     TRY(const std::optional<raster::MirrorPicture> mirrored,
         picture_in_mirror(view, camera, sky, shading, knobs, width, height));
     rasterizer_->mirrored = mirrored ? &*mirrored : nullptr;
@@ -168,7 +190,7 @@ class Raster : public RasterBackend {
         raster::find_mirror_plane(view, rays_.stream(view.store(), world::MaskKind::occupied), camera, width, height);
     if (!plane) return picture;
     const Camera behind = raster::mirrored_camera(camera, *plane);
-    const double near = near_plane(view, behind, PixelRays(behind, width, height), false, rasterizer_->triangles());
+    const double near = near_plane(view, behind, PixelRays(behind, width, height), false, *rasterizer_);
     rasterizer_->behind = &*plane;
     const EffectPlan no_effects;
     RenderKnobs plain = knobs;
@@ -278,8 +300,8 @@ class Raster : public RasterBackend {
     return levels;
   }
 
-  /// The world's meshes, where they aren't those that are there already.
-  world::Result<uint64_t> send_meshes(const world::WorldView& view) {
+  /// The world's meshes and its smooth surface, where they aren't those that are there already.
+  world::Result<uint64_t> send_triangles(const world::WorldView& view, bool smooth, const RenderKnobs& knobs) {
     const std::vector<world::MeshInstance>& meshes = view.world().meshes;
     const auto same = [](const world::MeshInstance& a, const world::MeshInstance& b) {
       return a.mesh == b.mesh && a.position.voxel == b.position.voxel && a.position.fraction == b.position.fraction &&
@@ -287,14 +309,29 @@ class Raster : public RasterBackend {
              a.radiance == b.radiance && a.smooth == b.smooth && a.checker_id == b.checker_id &&
              a.checkers == b.checkers;
     };
-    if (std::equal(meshes.begin(), meshes.end(), meshes_.begin(), meshes_.end(), same)) return uint64_t{0};
-    meshes_.clear();
+    const SurfaceSent surface =
+        smooth ? SurfaceSent{view.store().identity(), knobs.contour_mesh, knobs.contour_iso} : SurfaceSent{};
+    bool edited = false;
+    if (smooth) {
+      if (surface.store != surface_store_) {
+        surface_store_ = surface.store, surface_subscriber_ = view.store().subscribe();
+        edited = true;
+      }
+      edited = !view.store().take_dirty(surface_subscriber_).empty() || edited;
+    }
+    if (!edited && surface == surface_ &&
+        std::equal(meshes.begin(), meshes.end(), meshes_.begin(), meshes_.end(), same))
+      return uint64_t{0};
+    meshes_.clear(), surface_ = {};
     raster::TriangleList list;
     TRY_STATUS(add_meshes(view.world(), list));
+    if (smooth)
+      TRY_STATUS(add_smooth_surface(view, static_cast<SurfaceMethod>(knobs.contour_mesh), knobs.contour_iso, list));
     raster::DrawnTriangles& triangles = rasterizer_->triangles();
     triangles.binding_limit = rasterizer_->binding_limit;
-    TRY(const uint64_t bytes, triangles.set(rasterizer_->device(), list, "meshes"));
-    meshes_ = meshes;
+    TRY(const uint64_t bytes, triangles.set(rasterizer_->device(), list,
+                                            smooth ? "the triangles of meshes and of the smooth surface" : "meshes"));
+    meshes_ = meshes, surface_ = surface;
     return bytes;
   }
 
@@ -314,7 +351,17 @@ class Raster : public RasterBackend {
   ShapeExtractor shapes_;
   Extractor extractor_;
   CoarseLevels levels_;
-  std::vector<world::MeshInstance> meshes_;  // whose triangles are on the device
+  /// What the triangles on the device were made of.
+  struct SurfaceSent {
+    uint64_t store = 0;  // identity; 0: none
+    ContourMesh method{};
+    float iso = 0;
+    friend bool operator==(const SurfaceSent&, const SurfaceSent&) = default;
+  };
+  std::vector<world::MeshInstance> meshes_;
+  SurfaceSent surface_;
+  uint64_t surface_store_ = 0;  // that surface_subscriber_ follows
+  int surface_subscriber_ = 0;
   ExtractKnobs coarse_;
   SurfaceLight light_;
   SunMap sun_map_;

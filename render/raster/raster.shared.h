@@ -80,6 +80,7 @@ SHARED_CONST uint kSpecShadedPart = 10;       // kShaded...: what of the picture
 SHARED_CONST uint kSpecSeenPutOff = 11;       // kSeenShape, kSeenMesh: what shading leaves to the second pass
 SHARED_CONST uint kSpecMeshes = 12;           // bool: there are triangles, which rays to lights may meet
 SHARED_CONST uint kSpecMeshPixels = 13;       // bool: pixels may see them
+SHARED_CONST uint kSpecTrianglesAlone = 14;   // bool: they stand for the voxels too: rays to lights meet nothing else
 SHARED_CONST uint kSpecSkyModel = 32;         // bool: the sky of a time of day
 SHARED_CONST uint kSpecLuminaires = 33;       // bool
 SHARED_CONST uint kSpecMedia = 34;            // bool
@@ -179,7 +180,7 @@ SHARED_CONST uint kSeenMesh = 0x40000000u, kSeenNoFace = 0xc0000000u;
 /// The buffer of triangles, in texels of four words: nodes of the tree (triangle_tree.h), two each: low corner, skip;
 /// high corner, leaf. Triangles in the order of leaves: three vertices, material. Vertices, three texels each: voxel,
 /// place in it (m), normal (0: the triangle's own), squares of a checkerboard. Materials, two each: the block of even
-/// squares, of the others; emitted radiance.
+/// squares, of the others, 1 where it is a smooth surface of voxels; emitted radiance.
 SHARED_CONST uint kNodeLeafBits = 3u, kNoTriangle = 0xffffffffu;
 
 /// The table of a sky's irradiance: angles a side, see SkyLight::irradiance().

@@ -277,9 +277,9 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
   for (const auto& level : levels_) levels.push_back(level.get());
   TRY_STATUS(lighting_.see(*device_, camera, width, height));
   const Drawing drawing{
-      view,  levels,          shape_pool_,        shape_points_, quads_,          triangles_, camera,  rays,
-      sky,   sky.environment, lighting_,          textured_,     shading,         knobs,      light,   near,
-      width, height,          finish.inhabitants, bare,          counts_sun_rays, behind,     mirrored};
+      view,  levels,          shape_pool_,        shape_points_, quads_,          triangles_,      camera, rays,
+      sky,   sky.environment, lighting_,          textured_,     shading,         knobs,           light,  near,
+      width, height,          finish.inhabitants, bare,          triangles_alone, counts_sun_rays, behind, mirrored};
   Frame frame;
   FrameReport& report = frame.report;
 

@@ -46,8 +46,9 @@ class Rasterizer {
   world::Result<uint64_t> follow_sun_map(const SunMap& map);
   /// Luminaires, media and how blocks scatter, where the world calls for them. Followed before draw().
   Lighting& lighting() { return lighting_; }
-  /// Triangles beside the faces: those of the world's meshes.
+  /// Triangles beside the faces: those of the world's meshes, and of its smooth surface.
   DrawnTriangles& triangles() { return triangles_; }
+  const DrawnTriangles& triangles() const { return triangles_; }
   /// Sends the texels where they have a new version. Returns the bytes sent.
   world::Result<uint64_t> follow_textures(const TextureSet& textures);
   /// Of the numbers by which lights are sampled.
@@ -57,6 +58,8 @@ class Rasterizer {
   /// Pictures are the triangles of what is seen in a constant colour, by the device's own edges, and nothing else: what
   /// a benchmark holds others against.
   bool bare = false;
+  /// Triangles stand for the voxels, of which there are no faces: rays to lights meet nothing else.
+  bool triangles_alone = false;
   /// The report says how many pixels cast a ray to the sun: sun_rays.
   bool counts_sun_rays = false;
   /// Of the next draw(): see Drawing.

@@ -48,7 +48,8 @@ std::vector<Constant> shading_constants(const Drawing& drawing) {
           {kSpecAnisotropy, drawing.textured ? static_cast<uint32_t>(std::max(knobs.texture_anisotropy, 1)) : 1},
           {kSpecNormalDetail, drawing.textured ? std::bit_cast<uint32_t>(knobs.normal_detail) : 0},
           {kSpecSunMapFilter, static_cast<uint32_t>(std::clamp(knobs.sun_map_filter, 1, 15))},
-          {kSpecMeshes, !drawing.triangles.empty()}};
+          {kSpecMeshes, !drawing.triangles.empty()},
+          {kSpecTrianglesAlone, drawing.triangles_alone}};
 }
 
 PassKind ShadePass::kind() {

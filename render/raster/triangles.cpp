@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <map>
 
 #include <fmt/format.h>
 #include <glm/mat3x3.hpp>
 
 #include "render/raster/culling.h"
+#include "world/base/jobs.h"
 
 namespace render::raster {
 
@@ -73,6 +75,57 @@ world::Status add_meshes(const world::World& world, TriangleList& list) {
     }
     const world::Radiance3& l = instance.radiance;
     list.materials.push_back({instance.block_id, checkered ? instance.checker_id : instance.block_id, {l.r, l.g, l.b}});
+  }
+  return {};
+}
+
+world::Status add_smooth_surface(const world::WorldView& view, SurfaceMethod method, float iso, TriangleList& list) {
+  const std::unique_ptr<world::SurfaceField> field = world::surface_field(view.store(), iso);
+  if (!field) return {};
+  const world::MaskVolume& occupied = view.masks(world::MaskKind::occupied);
+  TRY(const world::VoxelMesh mesh, isosurface(world::SolidField(*field, &occupied), method));
+  std::vector<world::Vec3f> normals;
+  if (method != SurfaceMethod::blocks) normals = vertex_normals(mesh);
+  if (list.vertices.size() + mesh.vertices.size() > UINT32_MAX)
+    return world::input_error("meshes and the smooth surface together have more than 2^32 vertices");
+  const auto first = static_cast<uint32_t>(list.vertices.size());
+  list.vertices.resize(first + mesh.vertices.size());
+  for (size_t i = 0; i < mesh.vertices.size(); ++i) {
+    const Vec3d& v = mesh.vertices[i];
+    list.vertices[first + i].position = world::WorldPoint::from(v.x, v.y, v.z);
+    if (!normals.empty()) list.vertices[first + i].normal = normals[i];
+  }
+  // The voxel below the middle of a triangle, or where that is air the occupied one that lies farthest down its normal:
+  // as ContourWalker::matter_voxel().
+  std::vector<world::BlockId> blocks(mesh.triangles.size(), world::kAir);
+  world::parallel_ranges(mesh.triangles.size(), 4096, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const glm::uvec3& t = mesh.triangles[i];
+      const Vec3d &a = mesh.vertices[t.x], &b = mesh.vertices[t.y], &c = mesh.vertices[t.z];
+      const Vec3d across = cross(b - a, c - a);
+      const double size = glm::length(across);
+      if (!(size > 0)) continue;
+      const Vec3d normal = across / size, middle = (a + b + c) / 3.0 - 1e-3 * normal;
+      const VoxelPos own = world::WorldPoint::from(middle.x, middle.y, middle.z).voxel;
+      VoxelPos matter = own;
+      double lowest = INFINITY;
+      for (int k = 0; k < 27 && !occupied.test(own); ++k) {
+        const VoxelPos step{k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1};
+        if (k == 13 || !occupied.test(own + step)) continue;
+        const Vec3d way(step.x, step.y, step.z);
+        const double height = dot(way, normal) / glm::length(way);
+        if (height < lowest) lowest = height, matter = own + step;
+      }
+      blocks[i] = view.store().get(matter);
+    }
+  });
+  std::map<world::BlockId, uint32_t> materials;
+  for (size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const glm::uvec3& t = mesh.triangles[i];
+    if (blocks[i] == world::kAir) continue;  // without area, or of nothing
+    const auto [material, added] = materials.try_emplace(blocks[i], static_cast<uint32_t>(list.materials.size()));
+    if (added) list.materials.push_back({.block = blocks[i], .second = blocks[i], .smooth = true});
+    list.triangles.push_back({{first + t.x, first + t.y, first + t.z}, material->second});
   }
   return {};
 }
@@ -148,7 +201,7 @@ world::Result<uint64_t> DrawnTriangles::set(gpu::Device& device, const TriangleL
   }
   materials_at_ = static_cast<uint32_t>(vertices_at_ + 3 * list.vertices.size());
   for (const TriangleList::Material& m : list.materials) {
-    *out++ = {m.block, m.second, 0, 0};
+    *out++ = {m.block, m.second, m.smooth, 0};
     *out++ = {bits(m.emitted.x), bits(m.emitted.y), bits(m.emitted.z), 0};
   }
   return bytes_;

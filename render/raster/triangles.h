@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "render/camera.h"
+#include "render/extract/isosurface.h"
 #include "render/gpu/owned.h"
 #include "render/raster/raster.shared.h"
 #include "render/raster/triangle_tree.h"
@@ -27,6 +28,7 @@ struct TriangleList {
   struct Material {
     world::BlockId block = world::kAir, second = world::kAir;  // of the even squares, of the others
     glm::vec3 emitted{0};                                      // W/(m^2 sr), of the front side
+    bool smooth = false;  // of a level set: glows as its block, and throws no shadow on itself by its corners
   };
   struct Triangle {
     std::array<uint32_t, 3> corners;  // counter-clockwise seen from the front
@@ -40,6 +42,10 @@ struct TriangleList {
 /// Appends the meshes of a world that are seen: all but null surfaces. What has no area is left out. Fails where one
 /// reaches outside the world.
 world::Status add_meshes(const world::World& world, TriangleList& list);
+
+/// Appends the surface of a world's level set, or of its density at `iso` where that is above 0, in the blocks that it
+/// is made of. Nothing where the world has neither.
+world::Status add_smooth_surface(const world::WorldView& view, SurfaceMethod method, float iso, TriangleList& list);
 
 class DrawnTriangles {
  public:

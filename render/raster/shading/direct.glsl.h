@@ -58,6 +58,7 @@ struct LitPoint {
   vec3 normal, to_eye;
   vec3 side;      // the normal without detail: no light comes from behind its plane
   uint triangle;  // that the place lies on, or kNoTriangle
+  float lift;     // m along the normal that rays to lights start off the place; only of a smooth surface
 };
 
 /// By the map of a spot.
@@ -79,11 +80,12 @@ float spot_map_lit(uint at, const LitPoint p, vec3 direction, float distance) {
 /// The part of a sample of a luminaire that nothing hides.
 float luminaire_visible(uint at, const LitPoint p, uint flags, vec3 direction, float distance) {
   if (kLuminaireShadow == kLuminaireShadowNone || (flags & kLumNoShadow) != 0u) return 1.0;
-  if (kLuminaireShadow == kLuminaireShadowMap && lighting[at + kLumMap] != 0u)
+  if (kLuminaireShadow == kLuminaireShadowMap && !kTrianglesAlone && lighting[at + kLumMap] != 0u)
     return kMeshes && meets_mesh(p.voxel, p.fraction, direction, distance * (1.0 - 1e-4), p.triangle)
                ? 0.0
                : spot_map_lit(at, p, direction, distance);
-  return nothing_between(p.voxel, p.fraction, direction, distance * (1.0 - 1e-4), p.triangle) ? 1.0 : 0.0;
+  return nothing_between(p.voxel, p.fraction + p.lift * p.normal, direction, distance * (1.0 - 1e-4), p.triangle) ? 1.0
+                                                                                                                  : 0.0;
 }
 
 vec3 one_luminaire(uint number, const LitPoint p, const Scatterer s) {

@@ -101,9 +101,10 @@ int sun_look(const ivec3 start, const vec3 fraction, out float t_max) {
   return -1;
 }
 
-/// The same with the triangles of the picture, but for one that the start lies on.
+/// The same with the triangles of the picture, but for one that the start lies on. Where they stand for voxels too, the
+/// start may lie outside of its voxel.
 bool nothing_between(const ivec3 start, const vec3 fraction, const vec3 direction, float t_max, uint triangle) {
-  return clear_between(start, fraction, direction, t_max) &&
+  return (kTrianglesAlone || clear_between(start, fraction, direction, t_max)) &&
          !(kMeshes && meets_mesh(start, fraction, direction, t_max, triangle));
 }
 
@@ -112,6 +113,7 @@ bool sun_ray_cast = false;
 
 /// Whether nothing opaque lies between a point of a voxel and the sun, nor any triangle but one.
 bool sun_visible(const ivec3 start, const vec3 fraction, uint triangle) {
+  if (kTrianglesAlone) return !meets_mesh(start, fraction, picture.sun.xyz, 1e30, triangle);
   float t_max;
   const int says = sun_look(start, fraction, t_max);
   sun_ray_cast = sun_ray_cast || says < 0;

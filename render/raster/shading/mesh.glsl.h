@@ -69,13 +69,18 @@ vec3 mesh_radiance(uvec2 seen, vec3 ray, float t) {
   p.voxel = picture.camera_voxel.xyz + ivec3(floor(from));
   p.fraction = from - floor(from);
   p.normal = normal;
-  p.side = side;
+  // What rises less than this above a smooth surface that a ray leaves is the surface itself: kCrack of
+  // world/store/contour_walk.h.
+  const bool smooth_surface = material.z != 0u;
+  p.lift = smooth_surface ? 0.25 : 0.0;
+  p.side = smooth_surface ? normal : side;
   p.to_eye = -normalize(ray);
   p.triangle = triangle;
   vec3 light = sky_irradiance(normal) / 3.14159265;
   if (kSkyRays > 0u) light *= open_sky(p);
-  float sun = dot(side, picture.sun.xyz) > 0.0 && dot(normal, picture.sun.xyz) > 0.0 ? 1.0 : 0.0;
-  if (kSunShadow == kSunShadowRay && sun > 0.0) sun = sun_visible(p.voxel, p.fraction, triangle) ? 1.0 : 0.0;
+  float sun = dot(p.side, picture.sun.xyz) > 0.0 && dot(normal, picture.sun.xyz) > 0.0 ? 1.0 : 0.0;
+  if (kSunShadow == kSunShadowRay && sun > 0.0)
+    sun = sun_visible(p.voxel, p.fraction + p.lift * normal, triangle) ? 1.0 : 0.0;
   if (kSunShadow == kSunShadowMap && sun > 0.0) {
     const vec3 size = abs(side);
     sun = sun_by_map(p.voxel, p.fraction,
@@ -84,8 +89,8 @@ vec3 mesh_radiance(uvec2 seen, vec3 ray, float t) {
                                                           : 2u,
                      triangle);
   }
-  vec3 emitted = vec3(0);
-  if (!inside) emitted = uintBitsToFloat(texelFetch(meshes, int(picture.meshes.w + 2u * corners.w + 1u)).xyz);
+  vec3 emitted = smooth_surface ? emission_of(block) : vec3(0);
+  if (!inside) emitted += uintBitsToFloat(texelFetch(meshes, int(picture.meshes.w + 2u * corners.w + 1u)).xyz);
   if (kBsdf) return emitted + scattered_light(p, scatterer_of(block), light, sun);
   return emitted +
          albedo_of(block) * (light + sun * dot(normal, picture.sun.xyz) / 3.14159265 * picture.sun_irradiance.rgb);

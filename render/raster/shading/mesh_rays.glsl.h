@@ -4,6 +4,7 @@
 #include "render/raster/shading/picture.glsl.h"
 
 layout(constant_id = kSpecMeshes) const bool kMeshes = false;
+layout(constant_id = kSpecTrianglesAlone) const bool kTrianglesAlone = false;
 layout(binding = kBindMeshes) uniform usamplerBuffer meshes;
 
 uvec4 mesh_triangle(uint triangle) { return texelFetch(meshes, int(picture.meshes.y + triangle)); }

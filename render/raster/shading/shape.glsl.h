@@ -56,6 +56,7 @@ vec3 shape_radiance(uvec2 seen, vec3 ray, float t) {
   p.fraction = fraction;
   p.normal = p.side = side;
   p.triangle = kNoTriangle;
+  p.lift = 0.0;
   p.to_eye = -normalize(ray);
   if (kSkyRays > 0u) light *= open_sky(p);
   const vec3 emitted = emission_of(block) * texelFetch(quads, at + 2).w;

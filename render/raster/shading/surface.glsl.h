@@ -57,7 +57,8 @@ float open_sky(const LitPoint p) {
     const vec2 u = sampler_two(kVertexDimension + kOcclusion, i, picture.light_samples.y == 0u);
     const float r = sqrt(u.x), angle = 2.0 * 3.14159265 * u.y;
     const vec3 direction = r * cos(angle) * a + r * sin(angle) * b + sqrt(1.0 - u.x) * p.normal;
-    if (nothing_between(p.voxel, p.fraction, direction, picture.sun_irradiance.w, p.triangle)) ++open;
+    if (nothing_between(p.voxel, p.fraction + p.lift * p.normal, direction, picture.sun_irradiance.w, p.triangle))
+      ++open;
   }
   return float(open) / float(kSkyRays);
 }
@@ -116,6 +117,7 @@ vec3 face_radiance(const FacePoint p) {
   at.to_eye = p.to_eye;
   at.side = at.normal;
   at.triangle = kNoTriangle;
+  at.lift = 0.0;
   if (kSkyRays > 0u) lit *= open_sky(at);
   const vec3 emitted = emission_of(p.block);
   float factor = 1.0;
