@@ -20,11 +20,14 @@ constexpr double kGravity = 9.81;
 constexpr double kDrag = 0.002;       // of a rough bed: half of its friction factor; quadratic
 constexpr double kEddies = 1.0 / 40;  // 1/s: what whirls smaller than voxels take from all that moves
 constexpr double kSteps = 65536;      // of a velocity, in 1 m/s
-constexpr double kCourant = 0.7;
+constexpr double kCourant = 0.6;
+constexpr double kCourantLess = 0.42;  // at which fewer parts do; as few as possible would swing between two numbers of
+                                       // them, and waves as short as two voxels would grow by that
 constexpr int kMostParts = 64;
 constexpr int kDeepest = 16;         // leaves
 constexpr double kCalmSpeed = 0.05;  // m/s: what is slower, and as level as this, is left to find its level
-constexpr int64_t kCalmStep = 205;   // 5 cm
+constexpr double kCalmLevel = 0.05;  // m
+constexpr int64_t kCalmStep = 205;   // the same, in units of amount
 constexpr double kFastest = 1000;    // m/s
 
 }  // namespace
@@ -71,10 +74,9 @@ void LiquidWaves::find_blocks(Cells& cells, LiquidPages& pages, std::span<const 
   }
 }
 
-void LiquidWaves::find_wells(const LiquidPages& pages, uint32_t block) {
-  Block& b = blocks_[block];
+void LiquidWaves::find_wells(const LiquidPages& pages, Block& b, uint32_t number, std::vector<Well>& wells) {
   for (int column = 0; column < 64; ++column) {
-    b.first[static_cast<size_t>(column)] = static_cast<uint32_t>(wells_.size());
+    b.first[static_cast<size_t>(column)] = static_cast<uint32_t>(wells.size());
     Well well;
     bool open = false, filled = false, bounded = false, floor_known = false;
     int32_t next_y = INT32_MIN;
@@ -83,7 +85,7 @@ void LiquidWaves::find_wells(const LiquidPages& pages, uint32_t block) {
       open = false;
       if (!bounded) well.ceiling = y;
       well.before = well.amount;
-      wells_.push_back(well);
+      wells.push_back(well);
     };
     for (const auto& [leaf_y, page] : b.pages) {
       const int32_t low = leaf_y * world::kLeafSize;
@@ -96,13 +98,14 @@ void LiquidWaves::find_wells(const LiquidPages& pages, uint32_t block) {
       for (int y = 0; y < world::kLeafSize; ++y) {
         const uint16_t amount = own[(column >> 3) * 64 + y * 8 + (column & 7)];
         if (amount == kNoEntry) {
+          well.roofed = !bounded;
           close(low + y);
           floor_known = true;
           continue;
         }
         if (!open) {
           well = {};
-          well.floor = low + y, well.block = block, well.column = static_cast<uint8_t>(column);
+          well.floor = low + y, well.block = number, well.column = static_cast<uint8_t>(column);
           well.drop = !floor_known && amount < kFullVoxel;
           open = filled = true;
           bounded = false;
@@ -120,7 +123,12 @@ void LiquidWaves::find_wells(const LiquidPages& pages, uint32_t block) {
     }
     close(next_y);
   }
-  b.first[64] = static_cast<uint32_t>(wells_.size());
+  b.first[64] = static_cast<uint32_t>(wells.size());
+}
+
+void LiquidWaves::find_all_wells(const LiquidPages& pages) {
+  wells_.clear();
+  for (uint32_t n = 0; n < blocks_.size(); ++n) find_wells(pages, blocks_[n], n, wells_);
 }
 
 LiquidWaves::Key LiquidWaves::key_of(const Edge& e) const {
@@ -202,6 +210,7 @@ double LiquidWaves::upstream(const Edge& e, uint32_t at_a, uint32_t at_b) const 
 }
 
 void LiquidWaves::accelerate(Edge& e, double dt, const Liquid& liquid) {
+  if (e.pressed) return;
   const double mean = static_cast<double>(e.from_a + e.from_b) / (2.0 * kFullVoxel);
   e.next_u = 0;
   if (mean <= 0) return;
@@ -230,10 +239,11 @@ void LiquidWaves::flow(double dt, const Liquid& liquid) {
   for (Well& w : wells_) w.out = w.in = 0;
   for (Edge& e : edges_) {
     e.u = e.next_u;
+    e.flow = 0;
+    if (e.pressed) continue;
     const bool from_a = e.u > 0;
     const int64_t there = from_a ? e.from_a : e.from_b;
     const Well& to = wells_[from_a ? e.b : e.a];
-    e.flow = 0;
     if (there == 0 || (to.amount == 0 && there < liquid.film)) {
       e.u = 0;
       continue;
@@ -268,6 +278,7 @@ void LiquidWaves::flow(double dt, const Liquid& liquid) {
     from.amount -= e.flow;
     if (!to.drop) to.amount += e.flow;
   }
+  if (!conduits_.empty()) flow_through_conduits(dt);
 }
 
 namespace {
@@ -356,18 +367,23 @@ void LiquidWaves::write(LiquidPages& pages) {
   }
 }
 
-/// Velocities for the next tick, and which columns aren't calm.
+/// Which columns aren't calm, and what moves in them, for the next tick. Nearly calm edges among these go on as well:
+/// deep water that lost its velocity after each tick would be pushed beyond its level again and again.
 void LiquidWaves::keep() {
-  velocities_.clear();
   std::vector<uint8_t> restless(blocks_.size(), 0);
   for (const Edge& e : edges_) {
     const Well &a = wells_[e.a], &b = wells_[e.b];
     const bool is_open = e.u != 0 || (a.drop ? e.room : a.room()) > 0 || (b.drop ? e.room : b.room()) > 0;
-    if (std::abs(e.u) < kCalmSpeed && (std::abs(e.from_a - e.from_b) < kCalmStep || !is_open)) continue;
-    const auto u = static_cast<int32_t>(std::llround(e.u * kSteps));
-    if (u != 0) velocities_.emplace(key_of(e), u);
-    restless[a.block] = restless[b.block] = 1;
+    const bool is_level =
+        e.pressed ? std::abs(e.off_level) < kCalmLevel : std::abs(e.from_a - e.from_b) < kCalmStep || !is_open;
+    if (std::abs(e.u) >= kCalmSpeed || !is_level) restless[a.block] = restless[b.block] = 1;
   }
+  velocities_.clear();
+  for (const Edge& e : edges_) {
+    if (!restless[wells_[e.a].block] && !restless[wells_[e.b].block]) continue;
+    if (const auto u = static_cast<int32_t>(std::llround(e.u * kSteps)); u != 0) velocities_.emplace(key_of(e), u);
+  }
+  if (velocities_.empty()) parts_ = 0;
   wavy_.clear();
   for (size_t n = 0; n < blocks_.size(); ++n)
     if (restless[n])
@@ -377,28 +393,37 @@ void LiquidWaves::keep() {
 void LiquidWaves::step(Cells& cells, LiquidPages& pages, LiquidHeat& heat, std::span<const PageId> flowing,
                        const Liquid& liquid) {
   find_blocks(cells, pages, flowing);
+  find_all_wells(pages);
+  const bool has_conduits = std::any_of(wells_.begin(), wells_.end(), [](const Well& w) { return w.is_conduit(); });
+  if (has_conduits && follow_conduits(cells, pages)) find_all_wells(pages);
   is_touched_.assign(cells.page_limit(), 0);
   is_wavy_.assign(cells.page_limit(), 0);
   touched_.clear();
-  wells_.clear(), edges_.clear();
-  for (uint32_t n = 0; n < blocks_.size(); ++n) find_wells(pages, n);
+  edges_.clear();
   find_edges(pages);
   has_heat_ = cells.met_heat();
   if (has_heat_) find_heats(cells);
+  conduits_.clear(), mouths_.clear();
+  if (has_conduits) find_conduits(liquid.salt);
   find_depths();
   double fastest = 0;
   for (const Edge& e : edges_) {
     const double deep = static_cast<double>(std::max(e.from_a, e.from_b)) / kFullVoxel;
     fastest = std::max(fastest, std::abs(e.u) + std::sqrt(kGravity * deep));
   }
-  const int parts = std::clamp(static_cast<int>(std::ceil(fastest * liquid.tick_s / kCourant)), 1, kMostParts);
-  const double dt = liquid.tick_s / parts;
-  for (int part = 0; part < parts; ++part) {
+  const auto parts_at = [&](double courant) {
+    return std::clamp(static_cast<int>(std::ceil(fastest * liquid.tick_s / courant)), 1, kMostParts);
+  };
+  parts_ = std::clamp(parts_, parts_at(kCourant), parts_at(kCourantLess));
+  const double dt = liquid.tick_s / parts_;
+  for (int part = 0; part < parts_; ++part) {
     if (part > 0) find_depths();
+    if (!conduits_.empty()) press(dt, liquid);
     for (Edge& e : edges_) accelerate(e, dt, liquid);
     flow(dt, liquid);
   }
   find_depths();
+  if (has_heat_ && !conduits_.empty()) mix_conduits();
   if (has_heat_) write_heats(cells, heat);
   write(pages);
   keep();
@@ -410,7 +435,7 @@ std::string LiquidWaves::state() const {
   std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
     return std::tie(a.first.v, a.first.axis) < std::tie(b.first.v, b.first.axis);
   });
-  std::string text;
+  std::string text = fmt::format("parts {}\n", parts_);
   for (const auto& [key, u] : all) text += fmt::format("{} {} {} {} {}\n", key.v.x, key.v.y, key.v.z, key.axis, u);
   return text;
 }
@@ -420,6 +445,13 @@ world::Status LiquidWaves::restore(std::string_view line) {
   bool ok = true;
   const char* at = line.data();
   const char* const end = at + line.size();
+  if (constexpr std::string_view kParts = "parts "; line.starts_with(kParts)) {
+    const auto [next, error] = std::from_chars(at + kParts.size(), end, parts_);
+    if (error != std::errc() || next != end || parts_ < 0 || parts_ > kMostParts)
+      return world::input_error(
+          fmt::format("parts of a tick of waves must be 0 to {}, but are \"{}\"", kMostParts, line));
+    return {};
+  }
   for (size_t n = 0; ok && n < 5; ++n) {
     if (n > 0 && at < end && *at == ' ') ++at;
     const auto [next, error] = std::from_chars(at, end, value[n]);

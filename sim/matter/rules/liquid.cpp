@@ -58,7 +58,7 @@ class Liquid final : public Rule {
   Fluid& fluid_of(const Cells& cells, BlockId liquid);
   void find_liquids(const Cells& cells);
   void flow_of(Cells& cells, Fluid& fluid, const Tick& tick, RuleReport& report);
-  void roll(Cells& cells, Fluid& fluid);
+  void roll(Cells& cells, Fluid& fluid, const Tick& tick);
   void fall_all(Cells& cells, LiquidPages& pages);
   void slide_all(Cells& cells, LiquidPages& pages, const Spread& spread, uint64_t turn);
   void add_targets(Cells& cells, LiquidPages& pages, size_t known);
@@ -182,12 +182,13 @@ void Liquid::slide_all(Cells& cells, LiquidPages& pages, const Spread& spread, u
 }
 
 /// With inertia: what waves moved, and where they go on, is awake.
-void Liquid::roll(Cells& cells, Fluid& fluid) {
+void Liquid::roll(Cells& cells, Fluid& fluid, const Tick& tick) {
   const BlockTraits& traits = cells.traits()[fluid.pages.liquid()];
   LiquidWaves::Liquid liquid;
   liquid.viscosity = static_cast<double>(traits.viscosity_pa_s) / static_cast<double>(traits.density);
   liquid.film = kFilm;
   liquid.tick_s = kTickSeconds;
+  liquid.salt = world::hash_combine(world::hash_combine(tick.seed, tick.number), fluid.pages.liquid());
   fluid.waves.step(cells, fluid.pages, heat_, flowing_, liquid);
   for (const PageId p : fluid.waves.touched()) {
     if (fluid.pages[p].listed == list_) continue;
@@ -218,7 +219,7 @@ void Liquid::flow_of(Cells& cells, Fluid& fluid, const Tick& tick, RuleReport& r
   pages.view_across(cells, flowing_);
   fall_all(cells, pages);
   if (tick.options->knobs.liquid_model == LiquidModel::waves) {
-    roll(cells, fluid);
+    roll(cells, fluid, tick);
   } else {
     if (!fluid.waves.empty()) fluid.waves = {};  // of a world that had them
     const Spread spread = spread_of(traits.density, traits.viscosity_pa_s, kTickSeconds, kFilm);

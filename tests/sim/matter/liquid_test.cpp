@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/sim/matter/matter_support.h"
+#include "tests/sim/matter/liquid_support.h"
 #include "world/base/random.h"
 
 namespace sim {
@@ -13,18 +13,6 @@ using world::kAir;
 using world::VoxelBox;
 using world::VoxelPos;
 using world::World;
-
-/// Of each column of the box the amount of liquid.
-std::vector<int> levels(const Matter& matter, const VoxelBox& box) {
-  std::vector<int> all;
-  for (int x = box.min.x; x <= box.max.x; ++x)
-    for (int z = box.min.z; z <= box.max.z; ++z) {
-      int level = 0;
-      for (int y = box.min.y; y <= box.max.y; ++y) level += matter.amount_at({x, y, z});
-      all.push_back(level);
-    }
-  return all;
-}
 
 TEST(Liquid, ADropOnAFloorSpreadsAndKeepsItsAmount) {
   World world = basin({{0, 0, 0}, {30, 10, 30}});
@@ -56,16 +44,6 @@ TEST(Liquid, ABasinFillsToOneLevel) {
   const auto [low, high] = std::minmax_element(all.begin(), all.end());
   EXPECT_LE(*high - *low, 1) << "one unit";
   std::printf("a dam of 8x13x31 m levels out in %d ticks\n", ticks);
-}
-
-/// Two shafts of 3x3 voxels, joined by a tunnel at the bottom that lies across leaves and regions.
-World u_tube(int length) {
-  World world(world::standard_blocks());
-  fill(world, {{-10, -2, -2}, {length + 10, 40, 8}}, block_named(world, "granite"));
-  fill(world, {{0, 0, 1}, {2, 40, 3}}, kAir);
-  fill(world, {{length, 0, 1}, {length + 2, 40, 3}}, kAir);
-  fill(world, {{0, 0, 2}, {length, 0, 2}}, kAir);
-  return world;
 }
 
 // CM14: two columns, one joined; levels equal within one unit, the amount exact.
@@ -228,13 +206,6 @@ TEST(Liquid, WhatIsDenserSinks) {
   }
 }
 
-MatterOptions with_waves(uint64_t seed = 1) {
-  MatterOptions options;
-  options.seed = seed;
-  options.knobs.liquid_model = LiquidModel::waves;
-  return options;
-}
-
 // The front of a dam that breaks runs at up to twice the speed of waves (Ritter 1892); first-order schemes and voxels
 // smear it: depths are within 4 % of the dam's height, where automata without inertia are 12 % off.
 TEST(LiquidWaves, ADamBreaksAsShallowWater) {
@@ -281,6 +252,24 @@ TEST(LiquidWaves, APoolSloshesAndComesToRest) {
   const auto [low, high] = std::minmax_element(all.begin(), all.end());
   EXPECT_LE(*high - *low, 1);
   std::printf("a pool is at rest after %d ticks\n", ticks);
+}
+
+// Waves as short as two voxels in deep water are at the edge of what a tick's parts can follow, and don't grow.
+TEST(LiquidWaves, ADeepShaftComesToRest) {
+  for (const int depth : {9, 13, 18, 33}) {
+    World world = basin({{0, 0, 0}, {5, 40, 5}});
+    const BlockId water = block_named(world, "water");
+    fill(world, {{0, 0, 0}, {5, depth - 1, 5}}, water);
+    fill(world, {{2, depth, 3}, {3, depth + 1, 4}}, water);
+    Matter matter(world, with_waves());
+    int ticks = 0;
+    for (; ticks < 3000 && !matter.settled(); ++ticks) matter.step();
+    EXPECT_TRUE(matter.settled()) << depth << " m";
+    const std::vector<int> all = levels(matter, {{0, 0, 0}, {5, 40, 5}});
+    const auto [low, high] = std::minmax_element(all.begin(), all.end());
+    EXPECT_LE(*high - *low, 1) << depth << " m";
+    std::printf("a shaft of %d m is at rest after %d ticks\n", depth, ticks);
+  }
 }
 
 // No direction is favoured: a column that falls apart is the same under all eight symmetries that keep gravity.
