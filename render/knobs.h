@@ -15,6 +15,8 @@ using world::LightModel;
 enum class ProxyShapes { cube, billboard, mesh };
 enum class FaceEdges { hardware, exact };
 enum class ContourShape { off, planes, field };  // in the order of world::ContourShape
+enum class DepthFormat { d16, d24, d32 };
+constexpr auto knob_choices(DepthFormat) { return std::array<std::string_view, 3>{"d16", "d24", "d32"}; }
 enum class ContourMesh { blocks, surface_nets, marching_cubes, marching_tetrahedra, openvdb };  // as SurfaceMethod
 enum class LightTransport { direct, ambient_occlusion, whitted, path, photons };
 enum class SampleSequence { random, sobol };

@@ -60,7 +60,7 @@ world::Result<const Pipeline*> FacesPass::pipeline(PassContext& context, const D
   if (!found) {
     const std::array constants{Constant{kSpecExactEdges, edges == FaceEdges::exact}, Constant{kSpecBlends, blends},
                                Constant{kSpecClips, clips}};
-    GraphicsState state{.colour = {kSeenFormat}, .depth = kDepthFormat};
+    GraphicsState state{.colour = {kSeenFormat}, .depth = context.targets.depth_format};
     std::span<const uint32_t> vertex = faces_vert_spv, fragment = faces_frag_spv;
     if (what == Drawn::shapes) vertex = shapes_vert_spv, fragment = shapes_frag_spv;
     if (what == Drawn::points) {
@@ -106,7 +106,9 @@ world::Status FacesPass::prepare(PassContext& context, const Drawing& drawing, F
   }
   TRY_STATUS(fit_indices(context, largest));
   watch.lap_ms();
-  cull(pools_, drawing.camera, drawing.rays, drawing.knobs.view_distance, drawing.near >= kNearestForOcclusion, list_);
+  // What is stored coarsely would hide what it doesn't.
+  const bool may_test = drawing.near >= kNearestForOcclusion && context.targets.depth_format == kDepthFormat;
+  cull(pools_, drawing.camera, drawing.rays, drawing.knobs.view_distance, may_test, list_);
   report.passes.push_back({"cull", watch.lap_ms(), 0, 0});
   drawn_by_.clear();
   for (const CulledPool& pool : pools_) {

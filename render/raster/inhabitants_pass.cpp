@@ -30,7 +30,7 @@ world::Status BodiesPass::prepare(PassContext& context, const Drawing& drawing, 
   count_ = static_cast<uint32_t>(drawn.boxes.size());
   if (!pipeline_) {
     TRY(pipeline_, make_graphics(context.device, boxes_vert_spv, boxes_frag_spv,
-                                 {.colour = {kColourFormat}, .depth = kDepthFormat}));
+                                 {.colour = {kColourFormat}, .depth = context.targets.depth_format}));
   }
   TRY_STATUS(
       context.fill(boxes_, drawn.boxes.data(), count_ * sizeof(shared::DrawnBox), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));

@@ -60,10 +60,11 @@ class ListOrder : public LayerOrder {
                                       {kSpecReflection, static_cast<uint32_t>(drawing.knobs.reflection)},
                                       {kSpecListedPixels, listed_}});
     if (!list_ || all != made_for_) {
-      TRY(list_,
-          make_graphics(context.device, transparency_vert_spv, lists_frag_spv,
-                        {.depth = kDepthFormat, .depth_write = false, .depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL},
-                        all));
+      TRY(list_, make_graphics(context.device, transparency_vert_spv, lists_frag_spv,
+                               {.depth = context.targets.depth_format,
+                                .depth_write = false,
+                                .depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL},
+                               all));
       TRY(resolve_, make_compute(context.device, lists_comp_spv, all));
       made_for_ = all;
     }

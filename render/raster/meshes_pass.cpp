@@ -26,7 +26,7 @@ world::Status MeshesPass::prepare(PassContext& context, const Drawing& drawing, 
   if (Pipeline& made = pipelines_[clips]; !made) {
     const Constant constant{kSpecClips, clips};
     TRY(made, make_graphics(context.device, meshes_vert_spv, meshes_frag_spv,
-                            {.colour = {kSeenFormat}, .depth = kDepthFormat}, {&constant, 1}));
+                            {.colour = {kSeenFormat}, .depth = context.targets.depth_format}, {&constant, 1}));
   }
   if (!indices_.handle) {
     TRY(indices_, gpu::make_buffer(context.device, uint64_t{kMostInDraw} * 12, VK_BUFFER_USAGE_INDEX_BUFFER_BIT,

@@ -24,7 +24,7 @@
 namespace render::raster {
 
 constexpr VkFormat kSeenFormat = VK_FORMAT_R32G32_UINT;
-constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
+constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;  // where knobs and device allow it: see Targets
 constexpr VkFormat kColourFormat = VK_FORMAT_R32G32B32A32_SFLOAT;
 
 /// What the passes called for beside seen, depth and the radiance that is read back.
@@ -35,8 +35,9 @@ struct TargetNeeds {
 /// Shared images of one size, in VK_IMAGE_LAYOUT_GENERAL; what they hold doesn't outlive a picture.
 struct Targets {
   int width = 0, height = 0;
-  gpu::DeviceImage seen;    // kSeenFormat: what each pixel sees, see raster.shared.h
-  gpu::DeviceImage depth;   // kDepthFormat, reversed: near plane / view depth, 0 where nothing is seen
+  gpu::DeviceImage seen;  // kSeenFormat: what each pixel sees, see raster.shared.h
+  VkFormat depth_format = kDepthFormat;
+  gpu::DeviceImage depth;   // reversed: near plane / view depth, 0 where nothing is seen
   gpu::DeviceImage colour;  // kColourFormat: linear radiance, a = 1; made where a pass needs it. Shading writes it, the
                             // passes behind it change it, and at the end it is what is read back
   gpu::Buffer radiance;     // float[3 * pixels], for the processor

@@ -172,6 +172,7 @@ class Raster : public RasterBackend {
                                {{"extract", extract_ms, 0, 0}, {"upload", upload_ms, 0, bytes}});
     frame.report.warnings = rasterizer_->device().warnings();
     for (const std::string& dropped : rasterizer_->triangles().dropped()) frame.report.warnings.push_back(dropped);
+    if (!rasterizer_->warning().empty()) frame.report.warnings.push_back(rasterizer_->warning());
     frame.report.ms = ms_since(start);
     return frame;
   }

@@ -103,9 +103,27 @@ world::Result<uint64_t> Rasterizer::set_shapes(std::span<const ShapeChunk* const
   return of_faces + of_points;
 }
 
-world::Status Rasterizer::fit_targets(int width, int height, const TargetNeeds& needs) {
+/// What the knob asks for, or where the device hasn't that the format that every device has, and a warning.
+VkFormat Rasterizer::depth_format(DepthFormat asked) {
+  warning_.clear();
+  const VkFormat format = asked == DepthFormat::d16   ? VK_FORMAT_D16_UNORM
+                          : asked == DepthFormat::d24 ? VK_FORMAT_X8_D24_UNORM_PACK32
+                                                      : kDepthFormat;
+  VkFormatProperties has{};
+  vkGetPhysicalDeviceFormatProperties(device_->physical(), format, &has);
+  constexpr VkFormatFeatureFlags kNeeded =
+      VK_FORMAT_FEATURE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_FORMAT_FEATURE_SAMPLED_IMAGE_BIT;
+  if (format == kDepthFormat || (has.optimalTilingFeatures & kNeeded) == kNeeded) return format;
+  warning_ = "this device has no depth of " + std::string(knob_choices(asked)[static_cast<size_t>(asked)]) +
+             ": depth_format=d32 in its place";
+  return kDepthFormat;
+}
+
+world::Status Rasterizer::fit_targets(int width, int height, const TargetNeeds& needs, VkFormat depth) {
   const bool has_colour = targets_.colour.handle != VK_NULL_HANDLE;
-  if (targets_.width == width && targets_.height == height && has_colour == needs.colour) return {};
+  if (targets_.width == width && targets_.height == height && has_colour == needs.colour &&
+      targets_.depth_format == depth)
+    return {};
   const uint32_t limit = device_->limits().maxImageDimension2D;
   if (width < 1 || height < 1 || static_cast<uint32_t>(width) > limit || static_cast<uint32_t>(height) > limit)
     return world::usage_error("the picture's size " + std::to_string(width) + "x" + std::to_string(height) +
@@ -116,13 +134,14 @@ world::Status Rasterizer::fit_targets(int width, int height, const TargetNeeds& 
   bindings_.forget(kBindRadiance);
   bindings_.forget(kBindColour);
   for (Stage& stage : stages_) stage.fits = false;
+  targets_.depth_format = depth;
   const VkExtent2D extent{static_cast<uint32_t>(width), static_cast<uint32_t>(height)};
   TRY(targets_.seen,
       gpu::make_image(*device_, extent, kSeenFormat, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT,
                       VK_IMAGE_ASPECT_COLOR_BIT));
-  TRY(targets_.depth, gpu::make_image(*device_, extent, kDepthFormat,
-                                      VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT,
-                                      VK_IMAGE_ASPECT_DEPTH_BIT));
+  TRY(targets_.depth,
+      gpu::make_image(*device_, extent, depth, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT,
+                      VK_IMAGE_ASPECT_DEPTH_BIT));
   const uint64_t pixels = uint64_t{extent.width} * extent.height;
   if (needs.colour) {
     TRY(targets_.colour,
@@ -292,7 +311,10 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
   const uint64_t range = std::min<uint64_t>(binding_limit, device_->limits().maxStorageBufferRange);
   if (!bare && uint64_t(std::max(width, 1)) * uint64_t(std::max(height, 1)) * sizeof(vec4) <= range)
     needs.colour = true;
-  TRY_STATUS(fit_targets(width, height, needs));
+  const VkFormat depth = depth_format(knobs.depth_format);
+  if (depth != targets_.depth_format)
+    for (Stage& stage : stages_) stage.pass.reset(), stage.fits = false;  // their pipelines are for the other format
+  TRY_STATUS(fit_targets(width, height, needs, depth));
   TRY_STATUS(bindings_.begin_picture());
   TRY_STATUS(bind_shared(drawing));
   PassContext shared = context();

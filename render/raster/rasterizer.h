@@ -66,6 +66,9 @@ class Rasterizer {
   const MirrorPlane* behind = nullptr;
   const MirrorPicture* mirrored = nullptr;
 
+  /// What of the last picture is not as the knobs ask, since the device can't; empty: nothing.
+  const std::string& warning() const { return warning_; }
+
   gpu::Device& device() { return *device_; }
   FacePool& pool() { return *levels_[0]; }
 
@@ -78,7 +81,8 @@ class Rasterizer {
   Rasterizer() = default;
   world::Status open(const gpu::DeviceOptions& options);
   PassContext context() { return {*device_, bindings_, targets_, times_}; }
-  world::Status fit_targets(int width, int height, const TargetNeeds& needs);
+  world::Status fit_targets(int width, int height, const TargetNeeds& needs, VkFormat depth);
+  VkFormat depth_format(DepthFormat asked);
   world::Status fill_textures(const TextureSet& textures);
   world::Status bind_shared(const Drawing& drawing);
   world::Status record(VkCommandBuffer commands, const Drawing& drawing);
@@ -103,6 +107,7 @@ class Rasterizer {
   uint64_t sun_map_version_ = 0;
   Targets targets_;
   gpu::Buffer picture_, colour_copy_;
+  std::string warning_;
   Bindings bindings_;
   Timestamps times_;
   std::vector<Stage> stages_;

@@ -105,10 +105,12 @@ world::Status ShadePass::prepare(PassContext& context, const Drawing& drawing, F
     all.push_back({kSpecShadedPart, part});
     Pipeline& made = pipelines_[all];
     if (!made) {
-      TRY(made,
-          make_graphics(
-              context.device, whole_vert_spv, shade_frag_spv,
-              {.colour = {kColourFormat}, .depth = kDepthFormat, .depth_write = false, .depth_compare = depth}, all));
+      TRY(made, make_graphics(context.device, whole_vert_spv, shade_frag_spv,
+                              {.colour = {kColourFormat},
+                               .depth = context.targets.depth_format,
+                               .depth_write = false,
+                               .depth_compare = depth},
+                              all));
     }
     return &made;
   };

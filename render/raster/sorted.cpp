@@ -55,7 +55,7 @@ class SortedOrder : public LayerOrder {
     if (!transmit_ || all != made_for_) {
       made_for_ = all;
       GraphicsState state{.colour = {kColourFormat, kColourFormat},
-                          .depth = kDepthFormat,
+                          .depth = context.targets.depth_format,
                           .depth_write = false,
                           .depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL};
       state.blend.assign(2, blend_attachment(kBlendTransmit));

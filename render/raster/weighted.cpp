@@ -30,7 +30,7 @@ class WeightedOrder : public LayerOrder {
       TRY(sum_, make_graphics(context.device, transparency_vert_spv, weighted_frag_spv,
                               {.colour = {kColourFormat, kColourFormat, kColourFormat},
                                .blend = {add, add, add},
-                               .depth = kDepthFormat,
+                               .depth = context.targets.depth_format,
                                .depth_write = false,
                                .depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL},
                               all));

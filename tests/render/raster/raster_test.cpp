@@ -99,6 +99,24 @@ TEST(HardCaseR3, DepthOrdersWallsTwoMetresApartAtFiveKilometres) {
   }
 }
 
+TEST(DepthFormats, AreDrawnInTurnByOneBackendAndFixedPointIsCoarser) {
+  CheckedRaster raster;
+  const world::World w = hills();
+  const Camera camera = hill_cameras()[0].camera;
+  RenderKnobs knobs;
+  const Image finest = raster.image(w, camera, knobs);
+  for (const DepthFormat format : {DepthFormat::d24, DepthFormat::d16}) {
+    knobs.depth_format = format;
+    const Frame frame = raster.frame(w, camera, knobs);
+    size_t differing = 0;
+    for (size_t i = 0; i < finest.pixels.size(); ++i) differing += frame.image.pixels[i] != finest.pixels[i];
+    // A step of d16 is 1.5e-5 of near plane over distance: 5 m at 130 m.
+    EXPECT_LE(differing, finest.pixels.size() * (format == DepthFormat::d16 ? 20 : 1) / 1000);
+  }
+  knobs.depth_format = DepthFormat::d32;
+  EXPECT_TRUE(equal_bits(raster.image(w, camera, knobs), finest));
+}
+
 TEST(HardCaseR4, DepthIsReversed) {
   // The near block hides the far one, whichever is drawn first; a setup for standard depth shows the far one.
   CheckedRaster raster;
