@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include "world/base/text.h"
+
 namespace world {
 
 void Database::Close::operator()(sqlite3* db) const { sqlite3_close_v2(db); }
@@ -51,7 +53,7 @@ bool Database::in_transaction() const { return handle_ && sqlite3_get_autocommit
 
 Error Database::failed(const std::string& what) const {
   if (!handle_) return input_error(fmt::format("{}: the save {}: out of memory", path_, what));
-  std::string text = fmt::format("{}: the save {}: {}", path_, what, sqlite3_errmsg(handle_.get()));
+  std::string text = fmt::format("{}: the save {}: {}", path_, what, one_line(sqlite3_errmsg(handle_.get())));
   const int code = sqlite3_extended_errcode(handle_.get());
   // The system's own reason, where the code is one of those that a system call leaves behind.
   if (const int system = sqlite3_system_errno(handle_.get());

@@ -7,6 +7,7 @@
 #include <sqlite3.h>
 #include <zstd.h>
 
+#include "world/base/text.h"
 #include "world/formats/archive/inflate.h"
 #include "world/formats/bytes.h"
 #include "world/formats/nbt/nbt.h"
@@ -251,7 +252,7 @@ Result<std::vector<StoredBlock>> read_rows(const std::filesystem::path& path, Me
   const int opened = sqlite3_open_v2(name.c_str(), &raw, SQLITE_OPEN_READONLY, nullptr);
   const std::unique_ptr<sqlite3, CloseDatabase> db(raw);
   const auto failed = [&](const char* what) {
-    return input_error(fmt::format("{}: {}: {}", name, what, raw ? sqlite3_errmsg(raw) : "out of memory"));
+    return input_error(fmt::format("{}: {}: {}", name, what, one_line(raw ? sqlite3_errmsg(raw) : "out of memory")));
   };
   if (opened != SQLITE_OK) return failed("could not be opened");
   sqlite3_db_config(raw, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
