@@ -172,7 +172,7 @@ world::Status App::open() {
 void App::apply_settings() {
   ImGui::GetIO().FontGlobalScale = scale();
   window_->presenter().set_vertical_sync(settings_.vertical_sync);
-  if (game_) game_->fov_deg = settings_.fov_deg;
+  if (game_) game_->fov_deg = settings_.fov_deg, game_->day_minutes = settings_.day_minutes;
 }
 
 void App::show(Over over) {
@@ -699,6 +699,7 @@ void App::do_command(const ConsoleCommand& command) {
   Game& game = *game_;
   if (const auto* go = std::get_if<GoTo>(&command)) game.go_to(go->place);
   if (const auto* time = std::get_if<TimeOfDay>(&command)) game.set_time_of_day(time->hours);
+  if (const auto* day = std::get_if<DayLength>(&command)) game.day_minutes = settings_.day_minutes = day->minutes;
   if (const auto* set = std::get_if<SetKnob>(&command)) {
     const world::Status done = game.set_knob(set->name, set->value);
     console_.print(done.ok() ? set->name + " = " + set->value : done.error().message);

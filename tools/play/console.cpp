@@ -132,6 +132,7 @@ const std::vector<CommandRow>& command_rows() {
   static const std::vector<CommandRow> rows = {
       {"goto", "x y z", "go there: numbers, 1e8 too; ~ is here, ~5 is 5 m on"},
       {"time", "dawn|day|noon|dusk|night|midnight|HH:MM", "where the sun stands"},
+      {"day", "minutes", "how long a day takes, 0 to 1440; 0: the sun stands still"},
       {"light", "none|flood4|flood_rgb|flux", "the model of the light in the world"},
       {"set", "knob value", "a knob of pictures"},
       {"fill", "x y z x y z block", "all voxels between two corners"},
@@ -167,6 +168,13 @@ world::Result<ConsoleCommand> read_command(const std::string& line, const Consol
     TRY_STATUS(needs(1));
     TRY(const double hours, hours_of(w[1]));
     return ConsoleCommand(TimeOfDay{hours});
+  }
+  if (verb == "day") {
+    TRY_STATUS(needs(1));
+    const auto minutes = number(w[1]);
+    if (!minutes || *minutes < 0 || *minutes > 1440)
+      return usage_error("/day takes the minutes of a day, 0 (the sun stands still) to 1440");
+    return ConsoleCommand(DayLength{*minutes});
   }
   if (verb == "light") {
     TRY_STATUS(needs(1));

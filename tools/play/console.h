@@ -17,6 +17,9 @@ struct GoTo {
 struct TimeOfDay {
   double hours = 12;
 };
+struct DayLength {
+  double minutes = 20;
+};
 struct SetKnob {
   std::string name, value;
 };
@@ -50,8 +53,8 @@ struct PressAction {  // /pause, /undo, ...: every action is a command
   Action action = Action::pause;
 };
 struct ListCommands {};
-using ConsoleCommand = std::variant<GoTo, TimeOfDay, SetKnob, FillBox, GiveBlock, SpeedTo, NewSeed, OpenScene, RunBench,
-                                    BindKey, DrawnBy, PressAction, ListCommands>;
+using ConsoleCommand = std::variant<GoTo, TimeOfDay, DayLength, SetKnob, FillBox, GiveBlock, SpeedTo, NewSeed,
+                                    OpenScene, RunBench, BindKey, DrawnBy, PressAction, ListCommands>;
 
 /// Words that there are here.
 struct ConsoleWords {

@@ -24,6 +24,7 @@ constexpr double kUseFirstS = 0.45;             // until a button that is held d
 constexpr double kUseEveryS = 0.22;             // ... and from then on
 constexpr double kMessageS = 4, kReadS = 0.04;  // and so long for each letter
 constexpr double kMostSaveS = 60;               // that leaving waits for
+constexpr float kKeptHourStep = 0.25f;          // of the sun, that a crash may lose
 constexpr int kBlastRadius = 4;
 constexpr double kThirdPersonM = 5, kZoom = 0.25;
 
@@ -45,7 +46,7 @@ world::Result<std::unique_ptr<Game>> Game::make(std::unique_ptr<PlayedWorld> pla
   game->name_ = played->name, game->scene_ = played->scene, game->path_ = played->path;
   game->own_file_ = options.own_file;
   game->environment = world.environment;
-  game->fov_deg = settings.fov_deg;
+  game->fov_deg = settings.fov_deg, game->day_minutes = settings.day_minutes;
   game->picture.backend = settings.backend;
   std::map<std::string, std::string> knobs = world.knobs;
   knobs.emplace("light_model", "flood_rgb");  // lamps shine, and caves are dark
@@ -73,6 +74,7 @@ Game::~Game() {
 
 world::Status Game::close() {
   closed_ = true;
+  keep_hours();
   pictures_.reset();
   const world::Status stopped = simulation_->stop(yaw_, pitch_);
   const bool changed = simulation_->state().edited;
@@ -291,12 +293,14 @@ void Game::go_to(const WorldPoint& foot) {
 }
 
 void Game::save() {
+  keep_hours();
   PlayRequest request;
   request.kind = PlayRequest::Kind::save, request.yaw = yaw_, request.pitch = pitch_;
   simulation_->ask(std::move(request));
 }
 
 world::Status Game::save_all() {
+  keep_hours();
   PlayRequest request;
   request.kind = PlayRequest::Kind::save_all, request.yaw = yaw_, request.pitch = pitch_;
   const uint64_t number = simulation_->ask(std::move(request));
@@ -307,6 +311,7 @@ world::Status Game::save_all() {
 }
 
 void Game::write_copy(const std::filesystem::path& path) {
+  keep_hours();
   PlayRequest request;
   request.kind = PlayRequest::Kind::copy, request.path = path, request.yaw = yaw_, request.pitch = pitch_;
   last_request_ = simulation_->ask(std::move(request));
@@ -315,6 +320,7 @@ void Game::write_copy(const std::filesystem::path& path) {
 void Game::set_time_of_day(double hours) {
   hours -= 24 * std::floor(hours / 24);
   (void)set_knob("time_of_day", fmt::format("{:.3f}", hours)).ok();
+  if (day_minutes <= 0) say("the sun stands still; /day 20 lets a day pass in 20 minutes");
 }
 
 world::Status Game::set_knob(const std::string& name, const std::string& value) {
@@ -489,8 +495,26 @@ void Game::follow_player(double dt) {
   eye_ = foot + Vec3d(0, eye_height_, 0);
 }
 
+void Game::follow_sun() {
+  const auto hours = day_clock_.advance(picture.knobs.time_of_day, state_.tick, day_minutes);
+  if (!hours) return;
+  picture.knobs.time_of_day = *hours;
+  if (other) other->knobs.time_of_day = *hours;
+  if (std::abs(*hours - kept_hours_) >= kKeptHourStep) keep_hours();
+}
+
+void Game::keep_hours() {
+  const float hours = picture.knobs.time_of_day;
+  if (hours < 0 || hours == kept_hours_) return;
+  kept_hours_ = hours;
+  PlayRequest request;
+  request.kind = PlayRequest::Kind::knob, request.name = "time_of_day", request.value = fmt::format("{:.3f}", hours);
+  simulation_->ask(std::move(request));
+}
+
 void Game::update(double dt) {
   follow_player(dt);
+  follow_sun();
   if (state_.message_number != messages_seen_) {
     messages_seen_ = state_.message_number;
     say(state_.message);

@@ -7,6 +7,7 @@
 
 #include "tools/play/brush.h"
 #include "tools/play/controls.h"
+#include "tools/play/day_clock.h"
 #include "tools/play/picture_maker.h"
 #include "tools/play/pick.h"
 #include "tools/play/settings.h"
@@ -97,6 +98,7 @@ class Game {
   double split_at = 0.5;
   bool third_person = false;
   double fov_deg = 70;
+  double day_minutes = 0;  // of the world's time, where it has hours; 0: the sun stands still
   world::Environment environment;
   BrushKind brush = BrushKind::single;
   int brush_radius = 3;
@@ -104,6 +106,8 @@ class Game {
  private:
   Game() = default;
   void follow_player(double dt);
+  void follow_sun();
+  void keep_hours();  // with the world
   void aim();
   void use_hand(bool places);
   void place_single(bool places);
@@ -134,6 +138,8 @@ class Game {
   int slot_ = 0;
   std::optional<world::VoxelPos> corner_;  // the first of two, of brushes that take two
   Clipboard clipboard_;
+  DayClock day_clock_;
+  float kept_hours_ = -1;  // as the world's file will say
   struct Mirror {
     int axis = 0;
     int32_t at = 0;

@@ -167,6 +167,10 @@ void draw_hud(const Game& game, const Bindings& bindings, float width, float hei
   // Time and how much moves: the first thing that is asked of a world that is a simulation.
   const PlayState& s = game.state();
   std::string time = s.paused ? "Paused" : s.speed_eighths == 8 ? "" : fmt::format("{:g}x", s.speed_eighths / 8.0);
+  if (const float hours = game.picture.knobs.time_of_day; hours >= 0) {
+    const int minutes = static_cast<int>(hours * 60 + 0.01f) % 1440;
+    time = fmt::format("{:02d}:{:02d}{}{}", minutes / 60, minutes % 60, time.empty() ? "" : "   ", time);
+  }
   if (s.paused)
     time += fmt::format("   {}: go on   {} and {}: a tick", bindings.text(Action::pause),
                         bindings.text(Action::tick_back), bindings.text(Action::tick_forward));

@@ -61,6 +61,7 @@ world::Result<PlaySettings> read_settings(const std::filesystem::path& path) {
   root.read("picture_scale", s.picture_scale, {0, 1});
   root.read("vertical_sync", s.vertical_sync);
   root.read("autosave_s", s.autosave_s, {0, 86400});
+  root.read("day_minutes", s.day_minutes, {0, 1440});
   root.read("backend", s.backend);
   root.read("seen_help", s.seen_help);
   root.read("last_world", s.last_world);
@@ -78,9 +79,10 @@ world::Status write_settings(const PlaySettings& s, const std::filesystem::path&
   text += fmt::format("mouse_speed = {}\ninvert_mouse = {}\nfov_deg = {}\nui_scale = {}\npicture_scale = {}\n",
                       world::number_text(s.mouse_speed), s.invert_mouse, world::number_text(s.fov_deg),
                       world::number_text(s.ui_scale), world::number_text(s.picture_scale));
-  text += fmt::format("vertical_sync = {}\nautosave_s = {}\nbackend = {}\nseen_help = {}\nlast_world = {}\n",
-                      s.vertical_sync, world::number_text(s.autosave_s), quoted(s.backend), s.seen_help,
-                      quoted(s.last_world));
+  text += fmt::format(
+      "vertical_sync = {}\nautosave_s = {}\nday_minutes = {}\nbackend = {}\nseen_help = {}\nlast_world = {}\n",
+      s.vertical_sync, world::number_text(s.autosave_s), world::number_text(s.day_minutes), quoted(s.backend),
+      s.seen_help, quoted(s.last_world));
   text += "recent = [";
   for (size_t i = 0; i < s.recent.size(); ++i) text += (i ? ", " : "") + quoted(s.recent[i]);
   text += "]\n\n[knobs]\n";

@@ -23,7 +23,8 @@ struct PlaySettings {
   double picture_scale = 0;  // 0.1 .. 1: pixels of the picture for each of the window, along each axis; 0: as many
                              // as can be drawn 30 times a second
   bool vertical_sync = true;
-  double autosave_s = 60;  // 0: never
+  double autosave_s = 60;   // 0: never
+  double day_minutes = 20;  // 0: the sun stands still; 0 .. 1440 of the world's time, where it has hours
   std::string backend = "raster";
   std::map<std::string, std::string> knobs;  // of pictures, over those of the world
   bool seen_help = false;

@@ -355,6 +355,7 @@ bool MenuView::draw_settings(PlaySettings& s, float scale) {
   if (!automatic) slider("pixels of the picture", s.picture_scale, 0.1f, 1, "%.2f of the window's");
   changed |= ImGui::Checkbox("wait for the display (no tearing)", &s.vertical_sync);
   slider("save by itself every", s.autosave_s, 0, 600, "%.0f s");
+  slider("a day takes (0: the sun stands still)", s.day_minutes, 0, 120, "%.0f minutes");
   ImGui::PopItemWidth();
   ImGui::Separator();
   return draw_keys(s) || changed;

@@ -5,11 +5,13 @@
 
 #include <gtest/gtest.h>
 
+#include "sim/clock.h"
 #include "tests/support.h"
 #include "tools/play/brush.h"
 #include "tools/play/settings_plan.h"
 #include "tools/play/console.h"
 #include "tools/play/controls.h"
+#include "tools/play/day_clock.h"
 #include "tools/play/hud.h"
 #include "tools/play/pace.h"
 #include "tools/play/pick.h"
@@ -208,7 +210,8 @@ TEST(Settings, ComeBackAndNameWhatIsWrong) {
   const world::TemporaryFolder folder;
   const std::filesystem::path path = folder / "a" / "play.toml";
   PlaySettings settings;
-  settings.fov_deg = 95.5, settings.backend = "raycast", settings.knobs["view_distance"] = "256";
+  settings.fov_deg = 95.5, settings.backend = "raycast", settings.day_minutes = 7.5,
+  settings.knobs["view_distance"] = "256";
   settings.note_world("/one \"odd\" name.loam"), settings.note_world("/two.loam");
   ASSERT_TRUE(settings.bindings.set(Action::forward, "arrow_up i").ok());
   ASSERT_TRUE(write_settings(settings, path).ok());
@@ -216,6 +219,7 @@ TEST(Settings, ComeBackAndNameWhatIsWrong) {
   ASSERT_TRUE(back.ok()) << back.error().message;
   EXPECT_EQ(back->fov_deg, settings.fov_deg);
   EXPECT_EQ(back->knobs, settings.knobs);
+  EXPECT_EQ(back->day_minutes, settings.day_minutes);
   EXPECT_EQ(back->recent, settings.recent);
   EXPECT_EQ(back->last_world, "/two.loam");
   EXPECT_EQ(back->bindings.changed(), settings.bindings.changed());
@@ -255,6 +259,51 @@ TEST_F(Commands, TimesHaveNamesAndNumbers) {
   EXPECT_EQ(std::get<TimeOfDay>(*read_command("/time noon", words, here)).hours, 12);
   EXPECT_EQ(std::get<TimeOfDay>(*read_command("/time 18:30", words, here)).hours, 18.5);
   EXPECT_NE(read_command("/time dwan", words, here).error().message.find("dawn"), std::string::npos);
+}
+
+TEST_F(Commands, ADayMayTakeAsLongAsItShould) {
+  EXPECT_EQ(std::get<DayLength>(*read_command("/day 0", words, here)).minutes, 0);
+  EXPECT_EQ(std::get<DayLength>(*read_command("/day 12.5", words, here)).minutes, 12.5);
+  for (const char* bad : {"/day", "/day -1", "/day 1441", "/day noon"})
+    EXPECT_FALSE(read_command(bad, words, here).ok()) << bad;
+}
+
+// ---- the sun ----
+
+TEST(DayClock, ADayPassesInItsMinutesAndGoesBackWithTheTicks) {
+  DayClock clock;
+  constexpr double kMinutes = 10;
+  const auto ticks_a_day = static_cast<uint64_t>(std::llround(60 * kMinutes / sim::kMatterTick.seconds()));
+  const uint64_t start = 1000;
+  float shown = 8;
+  const auto follow = [&](uint64_t tick) { shown = clock.advance(shown, tick, kMinutes).value_or(shown); };
+  follow(start);
+  EXPECT_EQ(shown, 8);
+  for (uint64_t t = 0; t <= ticks_a_day / 4; ++t) follow(start + t);
+  EXPECT_NEAR(shown, 14, kSunStepH + 1e-5);
+  // While the ticks stand still, it stands too.
+  EXPECT_FALSE(clock.advance(shown, start + ticks_a_day / 4, kMinutes));
+  for (uint64_t t = ticks_a_day / 4; t > ticks_a_day / 8; --t) follow(start + t);
+  EXPECT_NEAR(shown, 11, kSunStepH + 1e-5);
+  // A whole day on it is the same hour, at once too, and through midnight.
+  follow(start + ticks_a_day + ticks_a_day / 8);
+  EXPECT_NEAR(shown, 11, kSunStepH + 1e-5);
+  follow(start + ticks_a_day + ticks_a_day * 3 / 4);
+  EXPECT_NEAR(shown, 2, kSunStepH + 1e-5);
+}
+
+TEST(DayClock, WhatSomebodySetsIsWhereItGoesOnAndAWorldWithoutHoursHasNone) {
+  DayClock clock;
+  EXPECT_FALSE(clock.advance(-1, 5, 10));
+  EXPECT_FALSE(clock.advance(9.5f, 5, 0));
+  EXPECT_FALSE(clock.advance(9.503f, 6, 10));  // just set: shown as it is
+  const auto later = clock.advance(9.503f, 6 + 2000, 10);
+  ASSERT_TRUE(later);
+  EXPECT_NEAR(*later, 9.503 + 24 * 2000 * sim::kMatterTick.seconds() / 600, kSunStepH + 1e-5);
+  EXPECT_FALSE(clock.advance(22, 6 + 2001, 10));
+  const auto night = clock.advance(22, 6 + 2001 + 500, 10);
+  ASSERT_TRUE(night);
+  EXPECT_NEAR(*night, 22 + 24 * 500 * sim::kMatterTick.seconds() / 600, kSunStepH + 1e-5);
 }
 
 TEST_F(Commands, EveryActionIsOne) {
