@@ -10,12 +10,13 @@ namespace tools {
 
 namespace {
 
-constexpr double kDay = 60;       // W/m^2 from sun and sky on a level surface: above it the eye is as at noon
-constexpr double kDim = 0.05;     // display value that the median is lifted towards, ...
-constexpr double kLifted = 0.85;  // ... by this part of the way in stops: a night stays darker than a day
-constexpr double kBright = 0.8;   // display value that the brightest tenth is left below
-constexpr double kSeconds = 0.6;  // in which it has gone most of the way
-constexpr size_t kEvery = 13;     // pixels of which one is looked at
+constexpr double kDay = 60;        // W/m^2 from sun and sky on a level surface: above it the eye is as at noon
+constexpr double kDim = 0.05;      // display value that the median is lifted towards, ...
+constexpr double kLifted = 0.85;   // ... by this part of the way in stops: a night stays darker than a day
+constexpr double kBright = 0.8;    // display value that all is left below but ...
+constexpr double kClipped = 0.02;  // ... this share of the picture: lamps themselves, not what they shine on
+constexpr double kSeconds = 0.6;   // in which it has gone most of the way
+constexpr size_t kEvery = 13;      // pixels of which one is looked at
 
 }  // namespace
 
@@ -43,7 +44,7 @@ double Eye::adapt(const render::Image& image, double exposure_ev, double most_ev
       return std::max(static_cast<double>(*n), 1e-9);
     };
     wanted = kLifted * std::log2(kDim / at(0.5));
-    wanted = std::clamp(std::min(wanted, std::log2(kBright / at(0.9))), 0.0, most_ev);
+    wanted = std::clamp(std::min(wanted, std::log2(kBright / at(1 - kClipped))), 0.0, most_ev);
   }
   const double part = last_s_ < 0 ? 1 : 1 - std::exp(-std::max(0.0, now_s - last_s_) / kSeconds);
   last_s_ = now_s;

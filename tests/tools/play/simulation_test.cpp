@@ -448,6 +448,11 @@ TEST(Eye, OpensAtNightAsFarAsLampsAllowAndNeverByDay) {
   EXPECT_EQ(Eye().adapt(dark, 0, 0, 1), 0);
   EXPECT_GT(Eye().adapt(dark, 0, 18, 1), 8);
   EXPECT_NEAR(Eye().adapt(lamp, 0, 18, 1), std::log2(0.8 * 150 / 15), 0.1);
+  // What a lamp shines on keeps its colour, also where it is a small part of the picture.
+  render::Image pool = dark;
+  std::fill(pool.pixels.begin(), pool.pixels.begin() + 64 * 64 / 25, render::Rgb{15, 9, 3});
+  const double luminance = 0.2126 * 15 + 0.7152 * 9 + 0.0722 * 3;
+  EXPECT_NEAR(Eye().adapt(pool, 0, 18, 1), std::log2(0.8 * 150 / luminance), 0.1);
   // Not at once.
   Eye eye;
   const double before = eye.adapt(lamp, 0, 18, 1);

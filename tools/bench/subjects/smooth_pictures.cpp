@@ -93,17 +93,17 @@ void add_subject_smooth_pictures(Registry& registry) {
         return {};
       };
       render::RenderKnobs knobs;
-      TRY_STATUS(add("cubes, raster", "raster", false, knobs));
-      TRY_STATUS(add("cubes, rays", "raycast", false, knobs));
+      TRY_STATUS(add("cubes by raster", "raster", false, knobs));
+      TRY_STATUS(add("cubes by rays", "raycast", false, knobs));
       knobs.contours = render::ContourShape::planes;
-      TRY_STATUS(add("planes, rays", "raycast", false, knobs));
+      TRY_STATUS(add("planes by rays", "raycast", false, knobs));
       knobs.contours = render::ContourShape::field;
-      TRY_STATUS(add("field, rays", "raycast", false, knobs));
+      TRY_STATUS(add("field by rays", "raycast", false, knobs));
       for (const render::ContourMesh method :
            {render::ContourMesh::surface_nets, render::ContourMesh::marching_cubes,
             render::ContourMesh::marching_tetrahedra, render::ContourMesh::openvdb}) {
         knobs.contour_mesh = method;
-        TRY_STATUS(add(fmt::format("{}, raster", knob_choices(method)[static_cast<size_t>(method)]), "raster",
+        TRY_STATUS(add(fmt::format("{} by raster", knob_choices(method)[static_cast<size_t>(method)]), "raster",
                        method == render::RenderKnobs{}.contour_mesh, knobs));
       }
     }
