@@ -21,6 +21,16 @@ class Bindings {
   /// What was bound goes away: shaders that declare the number get an empty buffer or storage image.
   void unbind(uint32_t binding) { bound_.erase(binding); }
 
+  /// For a pass that binds something else for a while: what is bound, to be bound again.
+  struct Bound {
+    VkDescriptorBufferInfo buffer{};
+    VkDescriptorImageInfo image{};
+    VkBufferView texels = VK_NULL_HANDLE;
+    bool set = false;
+  };
+  Bound bound(uint32_t binding) { return bound_[binding]; }
+  void bind(uint32_t binding, const Bound& again) { bound_[binding] = again; }
+
   /// What was bound is no more.
   void forget(uint32_t binding) { bound_.erase(binding); }
 
@@ -35,12 +45,6 @@ class Bindings {
   const world::Status& status() const { return status_; }
 
  private:
-  struct Bound {
-    VkDescriptorBufferInfo buffer{};
-    VkDescriptorImageInfo image{};
-    VkBufferView texels = VK_NULL_HANDLE;
-    bool set = false;
-  };
   world::Result<VkDescriptorSet> make_set(const Pipeline& pipeline);
   world::Status add_pool();
 

@@ -31,18 +31,13 @@ double distance_to_box(const Vec3d& low, const Vec3d& high) {
   return glm::length(nearest);
 }
 
-namespace {
+bool looks_away(const FaceCluster& cluster, const Vec3d& low, const Vec3d& high) {
+  if (cluster.direction >= world::kFaces) return false;
+  const int axis = world::face_axis(cluster.direction);
+  return world::face_sign(cluster.direction) > 0 ? low[axis] >= 0 : high[axis] <= 0;
+}
 
-struct SeenChunk {
-  PooledChunk* chunk;
-  uint32_t page;  // counted over all pools
-  const CulledPool* pool;
-  int level;
-  uint32_t detail;
-  double distance;
-  bool straddles;
-  Vec3d corner;  // relative to the camera
-};
+namespace {
 
 Vec3d from_camera(const Camera& camera, world::VoxelPos cell, int level) {
   Vec3d corner;
@@ -97,7 +92,7 @@ double level_distance(int level, const PixelRays& rays, int height, double error
 }
 
 void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRays& rays, double view_distance,
-          bool may_test, DrawList& out) {
+          bool may_test, DrawList& out, const TakeChunks& take) {
   out.chunks.clear();
   out.pages.clear();
   out.culled = {};
@@ -140,8 +135,8 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
       }
       const Frustum::Side side = frustum.side(low, high);
       if (side != Frustum::outside)
-        seen.push_back(
-            {&chunk, first_page + chunk.page, &p, p.level, detail, distance, side == Frustum::straddling, corner});
+        seen.push_back({&chunk, first_page + chunk.page, &p, p.level, detail, distance, side == Frustum::straddling,
+                        corner, low, high});
       else if (counts)
         out.culled.frustum += chunk.count;
     }
@@ -151,10 +146,16 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
     return std::tie(a.distance, a.chunk->origin, a.page) < std::tie(b.distance, b.chunk->origin, b.page);
   });
 
+  if (take) take(seen);
+
   // Their clusters in the frustum that look towards the camera.
   uint64_t faces = 0;
   std::vector<uint32_t> instances;  // of each cluster
   for (const SeenChunk& s : seen) {
+    if (s.taken) {
+      out.culled.taken += s.chunk->count;
+      continue;
+    }
     const size_t before = out.clusters.size();
     const double scale = std::ldexp(1.0, s.level);
     uint64_t ignored = 0;
@@ -168,9 +169,7 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
     for (FaceCluster& cluster : s.chunk->clusters) {
       const Vec3d low = s.corner + scale * box_corner(cluster.box.min),
                   high = s.corner + scale * box_corner(cluster.box.max);
-      const int axis = world::face_axis(cluster.direction % world::kFaces);
-      if (cluster.direction < world::kFaces &&
-          (world::face_sign(cluster.direction) > 0 ? low[axis] >= 0 : high[axis] <= 0)) {
+      if (looks_away(cluster, low, high)) {
         count(out.culled.back) += cluster.count;
         continue;
       }
@@ -223,6 +222,7 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
     out.first_end[page] = static_cast<uint32_t>(out.draws.size());
   }
   if (!test) {
+    for (FaceCluster* cluster : out.clusters) cluster->visible = true;  // as far as anyone knows
     out.clusters.clear();
     out.second_end.assign(pages, static_cast<uint32_t>(out.draws.size()));
     return;

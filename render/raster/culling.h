@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <limits>
 #include <span>
 #include <vector>
@@ -46,6 +47,7 @@ struct CulledFaces {
   uint64_t detail = 0;    // coarser levels are drawn there
   uint64_t frustum = 0, back = 0;
   uint64_t coarse = 0;  // of coarser levels, in the frustum, that look towards the camera
+  uint64_t taken = 0;   // of any level, in chunks that something else draws
   friend bool operator==(const CulledFaces&, const CulledFaces&) = default;
 };
 
@@ -78,6 +80,25 @@ struct CulledPool {
   bool points = false;  // drawn a point a record; else 4 vertices and 6 indices
 };
 
+/// A chunk that may be seen.
+struct SeenChunk {
+  PooledChunk* chunk;
+  uint32_t page;  // counted over all pools
+  const CulledPool* pool;
+  int level;
+  uint32_t detail;
+  double distance;
+  bool straddles;
+  Vec3d corner;        // relative to the camera
+  Vec3d low, high;     // box of its records, relative to the camera
+  bool taken = false;  // something else draws it
+};
+/// Marks those of the chunks, front to back, that something else draws.
+using TakeChunks = std::function<void(std::span<SeenChunk>)>;
+
+/// Whether no record of a cluster with this box, relative to the camera, can look towards the camera.
+bool looks_away(const FaceCluster& cluster, const Vec3d& low, const Vec3d& high);
+
 /// Of what faces the camera, at 1 m.
 double pixels_at_one_metre(const PixelRays& rays, int height);
 
@@ -92,6 +113,6 @@ double level_distance(int level, const PixelRays& rays, int height, double error
 /// each other draw little that is hidden. Where few faces lie in the frustum, or may_test is false, all are in the
 /// first pass.
 void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRays& rays, double view_distance,
-          bool may_test, DrawList& out);
+          bool may_test, DrawList& out, const TakeChunks& take = {});
 
 }  // namespace render::raster

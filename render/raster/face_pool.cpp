@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstring>
+#include <optional>
+#include <utility>
 
 namespace render::raster {
 
@@ -102,24 +104,7 @@ void FacePool::clear() {
   largest_ = 0;
 }
 
-void FacePool::release(const PooledChunk& chunk) {
-  auto& free = pages_[chunk.page].free;
-  uint32_t first = chunk.first, count = chunk.count;
-  const auto after = free.find(first + count);
-  if (after != free.end()) {
-    count += after->second;
-    free.erase(after);
-  }
-  const auto next = free.lower_bound(first);
-  if (next != free.begin()) {
-    const auto before = std::prev(next);
-    if (before->first + before->second == first) {
-      before->second += count;
-      return;
-    }
-  }
-  free[first] = count;
-}
+void FacePool::release(const PooledChunk& chunk) { pages_[chunk.page].free.give_back(chunk.first, chunk.count); }
 
 world::Status FacePool::place(gpu::Device& device, uint32_t records, PooledChunk& chunk) {
   for (uint32_t p = 0;; ++p) {
@@ -131,20 +116,15 @@ world::Status FacePool::place(gpu::Device& device, uint32_t records, PooledChunk
       TRY(page.buffer, gpu::make_texel_buffer(device, uint64_t{room} * sizeof(FaceRecord), VK_FORMAT_R32G32_UINT,
                                               VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
                                               gpu::MemoryUse::device));
-      page.free[0] = room;
+      page.free = FreeRanges(room);
       pages_.push_back(std::move(page));
     }
-    auto& free = pages_[p].free;
-    for (auto it = free.begin(); it != free.end(); ++it) {
-      const auto [first, count] = *it;
-      if (count < records) continue;
-      free.erase(it);
-      if (count > records) free[first + records] = count - records;
-      chunk.page = p;
-      chunk.first = first;
-      chunk.count = records;
-      return {};
-    }
+    const std::optional<uint32_t> first = pages_[p].free.take(records);
+    if (!first) continue;
+    chunk.page = p;
+    chunk.first = *first;
+    chunk.count = records;
+    return {};
   }
 }
 
@@ -160,7 +140,7 @@ world::Result<uint64_t> FacePool::update(gpu::Device& device, std::span<const Po
     while (old < chunks_.size() && chunks_[old].origin < chunks[i].origin) release(chunks_[old++]);
     if (old < chunks_.size() && chunks_[old].origin == chunks[i].origin) {
       if (chunks_[old].version == chunks[i].version) {
-        next[i] = chunks_[old++];
+        next[i] = std::move(chunks_[old++]);
         continue;
       }
       was_seen[i] = std::any_of(chunks_[old].clusters.begin(), chunks_[old].clusters.end(),

@@ -6,13 +6,13 @@
 #pragma once
 
 #include <array>
-#include <map>
 #include <span>
 #include <vector>
 
 #include "render/extract/extractor.h"
 #include "render/extract/proxies.h"
 #include "render/gpu/owned.h"
+#include "render/raster/free_ranges.h"
 
 namespace render::raster {
 
@@ -47,6 +47,8 @@ struct PooledChunk {
   uint32_t first = 0, count = 0;  // all records
   CornerBox box;
   std::vector<FaceCluster> clusters;  // by direction, then place; they fill [first, first + count) in order
+  uint64_t impostor = 0;              // its picture, see impostors.h; 0: none
+  uint32_t looks = 0;                 // pictures so far that could have shown it
 };
 
 class FacePool {
@@ -75,7 +77,7 @@ class FacePool {
  private:
   struct Page {
     gpu::Buffer buffer;
-    std::map<uint32_t, uint32_t> free;  // first record -> count
+    FreeRanges free;
   };
   world::Status place(gpu::Device& device, uint32_t count, PooledChunk& chunk);
   void release(const PooledChunk& chunk);

@@ -108,13 +108,27 @@ world::Status FacesPass::prepare(PassContext& context, const Drawing& drawing, F
   watch.lap_ms();
   // What is stored coarsely would hide what it doesn't.
   const bool may_test = drawing.near >= kNearestForOcclusion && context.targets.depth_format == kDepthFormat;
-  cull(pools_, drawing.camera, drawing.rays, drawing.knobs.view_distance, may_test, list_);
+  // Impostors are made in images of the usual format, by the pipeline of faces.
+  const bool pictured = Impostors::called_for(drawing) && context.targets.depth_format == kDepthFormat;
+  world::Status chosen;
+  TakeChunks take;
+  if (pictured)
+    take = [&](std::span<SeenChunk> seen) { chosen = impostors_.choose(context, drawing, seen); };
+  else if (!drawing.behind)  // a picture for a mirror is part of another one
+    impostors_.rest();
+  cull(pools_, drawing.camera, drawing.rays, drawing.knobs.view_distance, may_test, list_, take);
+  TRY_STATUS(chosen);
   report.passes.push_back({"cull", watch.lap_ms(), 0, 0});
   drawn_by_.clear();
   for (const CulledPool& pool : pools_) {
     const Drawn what = pool.points ? Drawn::points : pool.pool == &drawing.shapes ? Drawn::shapes : Drawn::cubes;
     TRY(const Pipeline* const by, pipeline(context, drawing, what, list_.blends));
     drawn_by_.push_back(by);
+  }
+  draws_impostors_ = pictured && impostors_.any();
+  if (draws_impostors_) {
+    TRY(makes_impostors_, pipeline(context, drawing, Drawn::cubes, false));
+    TRY_STATUS(impostors_.prepare(context, drawing, list_.blends));
   }
   TRY_STATUS(context.fill_texels(chunks_, VK_FORMAT_R32G32B32A32_SINT, list_.chunks.data(),
                                  list_.chunks.size() * sizeof(ChunkCorner)));
@@ -150,6 +164,7 @@ void FacesPass::record_draws(VkCommandBuffer commands, PassContext& context, boo
 
 void FacesPass::record(VkCommandBuffer commands, PassContext& context, const Drawing&) {
   record_draws(commands, context, false);
+  if (draws_impostors_) impostors_.record(commands, context, *makes_impostors_, indices_);
   if (list_.candidates.empty()) return;
   context.times.mark(commands, "occlusion");
   occlusion_.record(commands, context);
@@ -163,6 +178,7 @@ world::Status FacesPass::finish(PassContext&, FrameReport& report) {
   first.draws = list_.first_end.empty() ? 0 : list_.first_end.back();
   first.bytes = list_.first_faces * sizeof(FaceRecord);
   report.faces_drawn += list_.first_faces;
+  if (draws_impostors_) impostors_.finish(report);
   uint64_t hidden = 0;  // by what is drawn
   const CulledFaces& c = list_.culled;
   const auto tell = [&] {
@@ -172,6 +188,7 @@ world::Status FacesPass::finish(PassContext&, FrameReport& report) {
                                            {"faces_outside_the_frustum", c.frustum},
                                            {"faces_looking_away", c.back},
                                            {"faces_of_coarser_levels", c.coarse},
+                                           {"faces_in_impostors", c.taken},
                                            {"faces_hidden", hidden}});
     return world::Status();
   };

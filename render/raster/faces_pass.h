@@ -1,9 +1,11 @@
 /// Draws extracted faces of cubes and of shapes: which face each pixel sees, and its depth. One indirect draw a run of
-/// clusters; what the last picture saw first, then what the depth of that leaves visible of the rest.
+/// clusters; what the last picture saw first, with impostors of what is far, then what the depth of that leaves visible
+/// of the rest.
 #pragma once
 
 #include "render/raster/culling.h"
 #include "render/raster/face_pool.h"
+#include "render/raster/impostors.h"
 #include "render/raster/occlusion_test.h"
 #include "render/raster/pass.h"
 
@@ -29,6 +31,9 @@ class FacesPass : public Pass {
 
   std::map<std::tuple<FaceEdges, Drawn, bool, bool, bool>, Pipeline> pipelines_;
   OcclusionTest occlusion_;
+  Impostors impostors_;  // of what is far, where the knob asks for them
+  const Pipeline* makes_impostors_ = nullptr;
+  bool draws_impostors_ = false;
   std::vector<CulledPool> pools_;          // cubes by level, then shapes, then those of them that are points
   std::vector<const Pipeline*> drawn_by_;  // of each pool
   ShapeTable table_;

@@ -144,9 +144,9 @@ void main() {
   }
   if (mirror) {
     const uint face = seen_face(seen.x), block = seen_block(seen.x);
-    const FacePoint at = face_point(block, face, t_end * ray + picture.fraction.xyz, int(seen.y), -direction);
-    behind = fog.added + fog.value * (albedo_of(block) * mirrored_radiance(t_end * ray, at, int(seen.y), direction,
-                                                                           medium) +
+    const int plane = seen_plane(seen, t_end * ray);
+    const FacePoint at = face_point(block, face, t_end * ray + picture.fraction.xyz, plane, -direction);
+    behind = fog.added + fog.value * (albedo_of(block) * mirrored_radiance(t_end * ray, at, plane, direction, medium) +
                                       emission_of(block));
   }
   behind = max(behind - fog.added, vec3(0));

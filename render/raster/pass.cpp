@@ -5,6 +5,19 @@
 
 namespace render::raster {
 
+void set_view(PictureConstants& p, const Camera& camera, const PixelRays& rays, double near, int width, int height) {
+  p.corner = to_vec4(rays.corner);
+  p.step_x = to_vec4(rays.step_x);
+  p.step_y = to_vec4(rays.step_y);
+  p.clip_x = to_vec4(rays.window_right / rays.window_half_x);
+  p.clip_y = to_vec4(-rays.window_up / rays.window_half_y);  // Vulkan's y points down
+  p.clip_w = to_vec4(rays.forward);
+  p.fraction = to_vec4(camera.position.fraction, near);
+  p.fraction_rest = to_vec4(camera.position.fraction - Vec3d(glm::vec3(camera.position.fraction)));
+  const double metres_per_pixel = 2 * rays.window_half_y / height;
+  p.screen = vec4(width, height, static_cast<float>(1.25 / 256 * metres_per_pixel), 0);
+}
+
 world::Status Timestamps::open(gpu::Device& device) {
   device_ = &device;
   auto queries = gpu::vk_info<VkQueryPoolCreateInfo>(VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO);

@@ -65,6 +65,7 @@ struct Drawing {
   double near;  // view depth in metres closer than which nothing lies in the picture
   int width, height;
   Inhabitants inhabitants;
+  uint64_t impostor_bytes;                  // see Rasterizer::impostor_bytes
   bool bare;                                // see Rasterizer::bare
   bool triangles_alone;                     // see Rasterizer::triangles_alone
   bool counts_sun_rays;                     // see Rasterizer::counts_sun_rays
@@ -75,6 +76,12 @@ struct Drawing {
 /// For every pipeline that includes render/raster/shading/surface.glsl.h or sky.glsl.h: what shading is compiled for.
 /// What a picture doesn't ask for isn't in it. Two pictures with equal constants can share a pipeline.
 std::vector<Constant> shading_constants(const Drawing& drawing);
+
+inline vec4 to_vec4(const Vec3d& v, double w = 0) { return vec4(glm::vec3(v), static_cast<float>(w)); }
+inline vec4 to_vec4(const Rgb& c, float w = 0) { return vec4(c.r, c.g, c.b, w); }
+/// What of a picture's constants places faces on it. near: as Drawing's.
+void set_view(PictureConstants& constants, const Camera& camera, const PixelRays& rays, double near, int width,
+              int height);
 
 /// Times of a picture: a mark starts a row of the report, which ends at the next mark.
 class Timestamps {

@@ -44,6 +44,11 @@ SHARED_CONST uint kBindPutOff = 23;          // uint[]   pixels that shading put
 SHARED_CONST uint kBindPutOffDispatch = 24;  // uint[5]  the dispatch over them; how many; rays to the sun
 SHARED_CONST uint kBindMeshes = 25;          // uvec4 texels: triangles.h, see below
 SHARED_CONST uint kBindSkyTable = 26;        // vec4 texels: irradiance by normal, of a sky of a time of day
+SHARED_CONST uint kBindImpostorRows = 27;    // uvec2[]  first and last row of each strip that is made
+SHARED_CONST uint kBindImpostorSeen = 28;    // texture  seen of what impostors are made of
+SHARED_CONST uint kBindImpostorDepth = 29;   // texture  its depth
+SHARED_CONST uint kBindImpostorTexels = 30;  // uvec2[]  impostors.shared.h
+SHARED_CONST uint kBindImpostors = 31;       // ImpostorDraw[] those that are drawn
 SHARED_CONST uint kBindBalls = 96;           // DrawnBall[] particles, from far to near
 SHARED_CONST uint kBindBoxes = 97;           // DrawnBox[]  bodies
 SHARED_CONST uint kBindHistory = 98;         // vec4[]   what the pictures before saw of each pixel
@@ -148,7 +153,9 @@ SHARED uint region_hash(int x, int y, int z) {
 
 /// A pixel of the target of the first pass: x = block | face << 16 | level << 19 (0: sky), y = plane of the face
 /// relative to the camera's voxel, as an int.
-SHARED_CONST uint kSeenFaceShift = 16u, kSeenLevelShift = 19u;
+/// With kSeenPlaced, an impostor's pixel whose ray doesn't meet that plane near the face: y = bits of the distance
+/// along the ray, whose component along the camera's direction is 1.
+SHARED_CONST uint kSeenFaceShift = 16u, kSeenLevelShift = 19u, kSeenPlaced = 1u << 23;
 
 SHARED uint seen_block(uint x) { return x & 0xffffu; }
 SHARED uint seen_face(uint x) { return (x >> kSeenFaceShift) & 7u; }

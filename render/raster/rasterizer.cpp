@@ -15,9 +15,6 @@ namespace {
 /// no nearer face.
 constexpr double kOffPlane = 1e-9;
 
-vec4 to_vec4(const Vec3d& v, double w = 0) { return vec4(glm::vec3(v), static_cast<float>(w)); }
-vec4 to_vec4(const Rgb& c, float w = 0) { return vec4(c.r, c.g, c.b, w); }
-
 PictureConstants picture_constants(const Drawing& drawing, const ShadowGrid& grid, const LightGrid& lit,
                                    const shared::SunMapFrame& map) {
   const Camera& camera = drawing.camera;
@@ -26,14 +23,7 @@ PictureConstants picture_constants(const Drawing& drawing, const ShadowGrid& gri
   const Shading& shading = drawing.shading;
   const SurfaceLightDecoder light(drawing.light, shading);
   PictureConstants p{};
-  p.corner = to_vec4(rays.corner);
-  p.step_x = to_vec4(rays.step_x);
-  p.step_y = to_vec4(rays.step_y);
-  p.clip_x = to_vec4(rays.window_right / rays.window_half_x);
-  p.clip_y = to_vec4(-rays.window_up / rays.window_half_y);  // Vulkan's y points down
-  p.clip_w = to_vec4(rays.forward);
-  p.fraction = to_vec4(camera.position.fraction, drawing.near);
-  p.fraction_rest = to_vec4(camera.position.fraction - Vec3d(glm::vec3(camera.position.fraction)));
+  set_view(p, camera, rays, drawing.near, drawing.width, drawing.height);
   p.sun = to_vec4(environment.sun_direction, drawing.knobs.view_distance);
   p.sky_zenith = to_vec4(environment.sky_zenith);
   p.sky_horizon = to_vec4(environment.sky_horizon);
@@ -54,8 +44,6 @@ PictureConstants picture_constants(const Drawing& drawing, const ShadowGrid& gri
   p.camera_voxel = ivec4(voxel.x, voxel.y, voxel.z, 0);
   p.region_min = ivec4(low.x, low.y, low.z, static_cast<int>(grid.table_size() - 1));
   p.region_max = ivec4(high.x, high.y, high.z, 0);
-  const double metres_per_pixel = 2 * rays.window_half_y / drawing.height;
-  p.screen = vec4(drawing.width, drawing.height, static_cast<float>(1.25 / 256 * metres_per_pixel), 0);
   if (drawing.sky.light) p.sky = drawing.sky.light->model();
   p.sun_irradiance =
       to_vec4(Vec3d(environment.sun_irradiance.r, environment.sun_irradiance.g, environment.sun_irradiance.b),
@@ -296,9 +284,10 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
   for (const auto& level : levels_) levels.push_back(level.get());
   TRY_STATUS(lighting_.see(*device_, camera, width, height));
   const Drawing drawing{
-      view,  levels,          shape_pool_,        shape_points_, quads_,          triangles_,      camera, rays,
-      sky,   sky.environment, lighting_,          textured_,     shading,         knobs,           light,  near,
-      width, height,          finish.inhabitants, bare,          triangles_alone, counts_sun_rays, behind, mirrored};
+      view,    levels,          shape_pool_,        shape_points_,  quads_,  triangles_,      camera,          rays,
+      sky,     sky.environment, lighting_,          textured_,      shading, knobs,           light,           near,
+      width,   height,          finish.inhabitants, impostor_bytes, bare,    triangles_alone, counts_sun_rays, behind,
+      mirrored};
   Frame frame;
   FrameReport& report = frame.report;
 

@@ -55,6 +55,8 @@ class Rasterizer {
   uint64_t seed = 1;
   /// Bytes that one storage buffer binding may reach, at most the device's; tests lower it.
   uint64_t binding_limit = ~uint64_t{0};
+  /// Bytes that impostors may take; tests lower it.
+  uint64_t impostor_bytes = uint64_t{128} << 20;
   /// Pictures are the triangles of what is seen in a constant colour, by the device's own edges, and nothing else: what
   /// a benchmark holds others against.
   bool bare = false;

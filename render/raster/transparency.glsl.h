@@ -20,18 +20,12 @@ struct Interface {
   float t;                // of the pixel's ray, whose component along the camera's direction is 1
 };
 
-/// Of the pixel's ray with the plane; INFINITY and NaN where they are parallel.
-float plane_t(uint axis, int plane, vec3 ray) {
-  const vec3 offsets = float(plane) - picture.fraction.xyz - picture.fraction_rest.xyz;
-  return axis == 0u ? offsets.x / ray.x : axis == 1u ? offsets.y / ray.y : offsets.z / ray.z;
-}
-
 /// Of the pixel's ray where it ends on what `seen` says; 1e30 for the sky.
 float seen_t(uvec2 seen, vec3 ray) {
   if (seen.x == 0u) return 1e30;
   if (kShapes && (seen.x & kSeenShape) != 0u) return shape_distance(seen, ray);
   if (kMeshes && (seen.x & kSeenNoFace) == kSeenMesh) return uintBitsToFloat(seen.y);
-  return plane_t(seen_face(seen.x) >> 1u, int(seen.y), ray);
+  return seen_cube_t(seen, ray);
 }
 
 Interface interface_of(uint packed, int plane, vec3 ray) {

@@ -11,6 +11,21 @@ layout(constant_id = kSpecCornerOcclusion) const bool kCornerOcclusion = false;
 layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
 layout(binding = kBindMaterials) uniform samplerBuffer materials;
 
+/// Of a ray with the plane of the face of a cube that a pixel sees; INFINITY and NaN where they are parallel.
+float plane_t(uint axis, int plane, vec3 ray) {
+  const vec3 offsets = float(plane) - picture.fraction.xyz - picture.fraction_rest.xyz;
+  return axis == 0u ? offsets.x / ray.x : axis == 1u ? offsets.y / ray.y : offsets.z / ray.z;
+}
+float seen_cube_t(uvec2 seen, vec3 ray) {
+  if ((seen.x & kSeenPlaced) != 0u) return uintBitsToFloat(seen.y);
+  return plane_t(seen_face(seen.x) >> 1, int(seen.y), ray);
+}
+/// Of the face, relative to the camera's voxel. hit: relative to the camera.
+int seen_plane(uvec2 seen, vec3 hit) {
+  const uint axis = seen_face(seen.x) >> 1;
+  return (seen.x & kSeenPlaced) != 0u ? int(round(hit[axis] + picture.fraction[axis])) : int(seen.y);
+}
+
 vec3 albedo_of(uint block) { return texelFetch(materials, int(2u * block)).rgb; }
 vec3 emission_of(uint block) { return texelFetch(materials, int(2u * block + 1u)).rgb; }
 

@@ -15,18 +15,11 @@ vec3 pixel_middle_ray(uvec2 pixel) {
   return picture.corner.xyz + (float(pixel.x) + 0.5) * picture.step_x.xyz + (float(pixel.y) + 0.5) * picture.step_y.xyz;
 }
 
-/// Of the ray with the plane of the face of a cube that its pixel sees.
-float seen_plane_t(uvec2 seen, vec3 ray) {
-  const uint axis = seen_face(seen.x) >> 1;
-  const vec3 offsets = float(int(seen.y)) - picture.fraction.xyz - picture.fraction_rest.xyz;
-  return axis == 0u ? offsets.x / ray.x : axis == 1u ? offsets.y / ray.y : offsets.z / ray.z;
-}
-
 /// `hit`: relative to the camera.
 FacePoint seen_face_point(uvec2 seen, vec3 hit, vec3 direction) {
   FacePoint point =
-      face_point(seen_block(seen.x), seen_face(seen.x), hit + picture.fraction.xyz, int(seen.y), -direction);
-  if (seen_level(seen.x) != 0u) lift_point(point, 1 << int(seen_level(seen.x)));
+      face_point(seen_block(seen.x), seen_face(seen.x), hit + picture.fraction.xyz, seen_plane(seen, hit), -direction);
+  if (seen_level(seen.x) != 0u || (seen.x & kSeenPlaced) != 0u) lift_point(point, 1 << int(seen_level(seen.x)));
   return point;
 }
 
@@ -51,7 +44,7 @@ vec3 pixel_radiance(uvec2 pixel, uvec2 seen) {
     }
   } else if (kShadedPart == kShadedSurfaces || (kShadedPart == kShadedAll && seen.x != 0u)) {
     const int axis = int(seen_face(seen.x) >> 1);
-    const float t = seen_plane_t(seen, ray);
+    const float t = seen_cube_t(seen, ray);
     if (t <= picture.sun.w * inverse_length) {
       distance = t / inverse_length;
       FacePoint point = seen_face_point(seen, t * ray, direction);

@@ -141,6 +141,9 @@ Result<std::shared_ptr<world::World>> wide_valley(bool quick) {
 
 constexpr double kMiB = 1024 * 1024;
 
+/// To each side, until all impostors are made.
+constexpr int kPicturesUntilImpostors = 12;
+
 /// Of a picture of the wide valley: what following the camera took, ms.
 double follow_ms(const render::FrameReport& report) {
   double ms = 0;
@@ -150,7 +153,7 @@ double follow_ms(const render::FrameReport& report) {
 }
 
 /// Frames to all sides, or the longest time that following the camera takes of a frame while it flies.
-Result<Prepared> prepare_wide(BenchContext& context, bool flies) {
+Result<Prepared> prepare_wide(BenchContext& context, bool flies, float impostor_error_px = 0) {
   malloc_trim(0);  // so that what the row before gave back isn't taken again unseen
   const auto resident_MiB = [before = static_cast<double>(resident_bytes())] {
     return (static_cast<double>(resident_bytes()) - before) / kMiB;
@@ -161,8 +164,10 @@ Result<Prepared> prepare_wide(BenchContext& context, bool flies) {
   knobs.view_distance = 4096;
   knobs.proxy_shapes = render::ProxyShapes::cube;
   if (!flies) {
+    knobs.impostor_error_px = impostor_error_px;
     const auto report = std::make_shared<render::FrameReport>();
     TRY(const auto frames, frames_of(*valley, views, "raster", knobs, report));
+    for (int i = 0; i < kPicturesUntilImpostors && impostor_error_px > 0; ++i) keep(frames());
     return Prepared{.ours = {"raster", [valley, frames] { return frames(); }}, .counters = [=] {
                       auto counters = counters_of(*report, static_cast<double>(views.size()));
                       counters["resident_MiB"] = resident_MiB();
@@ -280,6 +285,14 @@ void add_suite_raster(Registry& registry) {
                 .repetitions = 3,
                 .reach = Reach{20, "lavapipe on 2 cores: 20 frames/s"},
                 .prepare = [](BenchContext& c) { return prepare_wide(c, false); }});
+  registry.add({.name = "valley_4km_impostors",
+                .what = "the same, what is far from pictures of it (impostor_error_px=4) that are made before",
+                .unit = "frames/s",
+                .threads = 2,
+                .clock = Clock::wall,
+                .repetitions = 3,
+                .reach = Reach{20, "lavapipe on 2 cores: 20 frames/s"},
+                .prepare = [](BenchContext& c) { return prepare_wide(c, false, 4); }});
   registry.add({.name = "valley_4km_flight",
                 .what = "the longest that extraction and upload take of a frame while a camera flies over it at 30 m/s",
                 .unit = "ms",
