@@ -71,7 +71,6 @@ bool LiquidWaves::follow_conduits(Cells& cells, LiquidPages& pages) {
   // Whole columns, from the floor to the surface.
   const auto read = [&](int32_t x, int32_t z, Reached& of) {
     if (of.is_read) return;
-    of.is_read = true;
     std::vector<int32_t> left;
     for (const auto& [y, page] : of.pages) left.push_back(y);
     while (!left.empty()) {
@@ -325,8 +324,6 @@ void LiquidWaves::flow_through_conduits(double dt) {
     }
     c.heat_more += warmth;
   }
-  for (const Mouth& m : mouths_)
-    if (m.wanted > m.amount) edges_[m.edge].u *= static_cast<double>(m.amount) / static_cast<double>(m.wanted);
 }
 
 /// Shares out what came through the mouths among the wells of a conduit, as much a unit of liquid everywhere.

@@ -100,8 +100,8 @@ class LiquidWaves {
     uint64_t order = 0;    // by hash
     // Of a part of a tick:
     enum class State : uint8_t { open, blocked, by_waves } state = State::open;
-    double next_out = 0;             // m/s, out of the conduit
-    int64_t wanted = 0, amount = 0;  // of what would flow, and flows
+    double next_out = 0;  // m/s, out of the conduit
+    int64_t amount = 0;   // that flows
   };
   /// Pages of one column of leaves.
   struct Block {

@@ -86,14 +86,8 @@ TEST(LiquidConduits, ALongPipeSwingsSlowly) {
 // By Torricelli's law half of the first difference takes 6.5 s without losses, and 1.22 times that with a sharp edge
 // and a jet that is lost.
 TEST(LiquidConduits, AWideBasinFillsThroughANarrowMouthAtItsBottom) {
-  World world(world::standard_blocks());
-  fill(world, {{-1, -4, -1}, {24, 24, 8}}, block_named(world, "granite"));
-  for (const int x : {0, 16}) fill(world, {{x, 0, 0}, {x + 7, 24, 7}}, kAir);
+  World world = two_basins();
   const BlockId water = block_named(world, "water");
-  fill(world, {{6, -2, 3}, {7, -1, 4}}, water);
-  fill(world, {{16, -2, 3}, {17, -1, 4}}, water);
-  fill(world, {{6, -3, 3}, {17, -2, 4}}, water);
-  fill(world, {{0, 0, 0}, {7, 15, 7}}, water);
   Matter matter(world, with_waves());
   const int ticks = ticks_to_rest(matter, water, 8000);
   const auto [low, high] = extremes(matter, {{{0, 0, 0}, {7, 24, 7}}, {{16, 0, 0}, {23, 24, 7}}});

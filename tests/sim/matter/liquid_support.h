@@ -29,6 +29,19 @@ inline world::World u_tube(int length) {
   return world;
 }
 
+/// Basins of 8x8 voxels, one with 16 m of water, and a pipe of 2x2 from under the one to under the other.
+inline world::World two_basins() {
+  world::World world(world::standard_blocks());
+  fill(world, {{-1, -4, -1}, {24, 24, 8}}, block_named(world, "granite"));
+  for (const int x : {0, 16}) fill(world, {{x, 0, 0}, {x + 7, 24, 7}}, world::kAir);
+  const world::BlockId water = block_named(world, "water");
+  fill(world, {{6, -2, 3}, {7, -1, 4}}, water);
+  fill(world, {{16, -2, 3}, {17, -1, 4}}, water);
+  fill(world, {{6, -3, 3}, {17, -2, 4}}, water);
+  fill(world, {{0, 0, 0}, {7, 15, 7}}, water);
+  return world;
+}
+
 inline MatterOptions with_waves(uint64_t seed = 1) {
   MatterOptions options;
   options.seed = seed;

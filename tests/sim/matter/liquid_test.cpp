@@ -70,14 +70,8 @@ TEST(Liquid, BothArmsOfAUTubeStandLevelWithinOneUnit) {
 
 /// 16 m of water and a pipe of 2 x 2 m into a basin beside it. By Torricelli's law half of it takes 6.5 s.
 TEST(Liquid, AWideBasinFillsThroughANarrowMouthAtItsBottom) {
-  World world(world::standard_blocks());
-  fill(world, {{-1, -4, -1}, {24, 24, 8}}, block_named(world, "granite"));
-  for (const int x : {0, 16}) fill(world, {{x, 0, 0}, {x + 7, 24, 7}}, kAir);
+  World world = two_basins();
   const BlockId water = block_named(world, "water");
-  fill(world, {{6, -2, 3}, {7, -1, 4}}, water);
-  fill(world, {{16, -2, 3}, {17, -1, 4}}, water);
-  fill(world, {{6, -3, 3}, {17, -2, 4}}, water);
-  fill(world, {{0, 0, 0}, {7, 15, 7}}, water);
   Matter matter(world, {});
   const int64_t before = matter.amount(water);
   int ticks = 0;
