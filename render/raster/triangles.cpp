@@ -10,6 +10,7 @@
 
 #include "render/raster/culling.h"
 #include "world/base/jobs.h"
+#include "world/store/contour_walk.h"
 
 namespace render::raster {
 
@@ -95,8 +96,7 @@ world::Status add_smooth_surface(const world::WorldView& view, SurfaceMethod met
     list.vertices[first + i].position = world::WorldPoint::from(v.x, v.y, v.z);
     if (!normals.empty()) list.vertices[first + i].normal = normals[i];
   }
-  // The voxel below the middle of a triangle, or where that is air the occupied one that lies farthest down its normal:
-  // as ContourWalker::matter_voxel().
+  // Of the voxel below the middle of a triangle, as the ray caster's contours.
   std::vector<world::BlockId> blocks(mesh.triangles.size(), world::kAir);
   world::parallel_ranges(mesh.triangles.size(), 4096, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
@@ -107,16 +107,7 @@ world::Status add_smooth_surface(const world::WorldView& view, SurfaceMethod met
       if (!(size > 0)) continue;
       const Vec3d normal = across / size, middle = (a + b + c) / 3.0 - 1e-3 * normal;
       const VoxelPos own = world::WorldPoint::from(middle.x, middle.y, middle.z).voxel;
-      VoxelPos matter = own;
-      double lowest = INFINITY;
-      for (int k = 0; k < 27 && !occupied.test(own); ++k) {
-        const VoxelPos step{k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1};
-        if (k == 13 || !occupied.test(own + step)) continue;
-        const Vec3d way(step.x, step.y, step.z);
-        const double height = dot(way, normal) / glm::length(way);
-        if (height < lowest) lowest = height, matter = own + step;
-      }
-      blocks[i] = view.store().get(matter);
+      blocks[i] = view.store().get(world::matter_voxel(occupied, own, normal));
     }
   });
   std::map<world::BlockId, uint32_t> materials;

@@ -255,7 +255,10 @@ bool ContourWalker::blocked(const GridRay& ray, const ContourHit& hit, const Vec
 }
 
 VoxelPos ContourWalker::matter_voxel(VoxelPos voxel, const Vec3d& normal) const {
-  const MaskVolume& occupied = contours_->occupied();
+  return world::matter_voxel(contours_->occupied(), voxel, normal);
+}
+
+VoxelPos matter_voxel(const MaskVolume& occupied, VoxelPos voxel, const Vec3d& normal) {
   if (occupied.test(voxel)) return voxel;
   VoxelPos best = voxel;
   double lowest = kInfinity;

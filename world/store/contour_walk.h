@@ -39,6 +39,10 @@ struct ContourHit {
   bool hit() const { return grid.hit(); }
 };
 
+/// The voxel whose block the surface in `voxel` is made of: its own, or where that is air the occupied neighbour that
+/// lies farthest down the normal.
+VoxelPos matter_voxel(const MaskVolume& occupied, VoxelPos voxel, const Vec3d& normal);
+
 /// May be used by all threads. `contours` must outlive it.
 class ContourWalker {
  public:
@@ -53,8 +57,7 @@ class ContourWalker {
   /// that the ray leaves does not: planes of neighbours differ by less.
   bool blocked(const GridRay& ray, const ContourHit& hit, const Vec3d& direction, const MaskVolume& blocking) const;
 
-  /// The voxel whose block the surface in `voxel` is made of: its own, or where that is air the occupied neighbour that
-  /// lies farthest down the normal.
+  /// As above.
   VoxelPos matter_voxel(VoxelPos voxel, const Vec3d& normal) const;
   const Contours& contours() const { return *contours_; }
 
