@@ -21,10 +21,7 @@ std::vector<world::Layer> integer_layers() {
 }  // namespace
 
 History::History(world::World& world, size_t most_bytes)
-    : world_(world), most_bytes_(most_bytes), subscriber_(world.store.subscribe()) {
-  const std::vector<world::RegionPos> regions = world.store.regions();
-  base_ = world.store.snapshot(regions);
-  for (size_t i = 0; i < regions.size(); ++i) base_index_[base_.pos(i)] = i;
+    : world_(world), most_bytes_(most_bytes), subscriber_(world.store.subscribe()), known_(world.store) {
   for (const world::Layer layer : integer_layers()) {
     const world::IntLayer* values = world.store.find_int_layer(layer);
     if (!values) continue;
@@ -36,29 +33,13 @@ History::History(world::World& world, size_t most_bytes)
   }
 }
 
-/// The leaf as it was when the open interval began.
-const History::Blocks& History::known(LeafPos l, Blocks& scratch) const {
-  if (const auto found = changed_.find(l); found != changed_.end()) return found->second;
-  scratch.fill(world::kAir);
-  const auto region = base_index_.find(world::region_from_leaf(l));
-  if (region == base_index_.end()) return scratch;
-  const std::shared_ptr<const world::PackedRegion> packed = base_.packed(region->second);
-  if (!packed) return scratch;
-  const int at = world::index_in_region(l);
-  if (packed->is_mixed(at))
-    packed->unpack(at, scratch.data());
-  else
-    scratch.fill(packed->uniform_block(at));
-  return scratch;
-}
-
 void History::close() {
   if (intervals_.empty() || intervals_.back().closed) return;
   Interval& open = intervals_.back();
   open.closed = true;
   Blocks scratch;
   for (const LeafPos& l : world_.store.take_dirty(subscriber_)) {
-    const Blocks& before = known(l, scratch);
+    const Blocks& before = known_.leaf(l, scratch);
     const world::LeafBlocks leaf = world_.store.leaf(l);
     LeafChange<BlockId> change{l, {}, {}};
     Blocks now;
@@ -70,7 +51,7 @@ void History::close() {
       change.values.push_back(before[at]);
     }
     if (change.values.empty()) continue;
-    changed_[l] = now;
+    known_.learn(l, now);
     open.bytes += sizeof change + change.values.size() * sizeof(BlockId);
     open.blocks.push_back(std::move(change));
   }
@@ -191,7 +172,7 @@ void History::swap(Interval& interval) {
       now = leaf[i];
       if (change.changed.test(i)) std::swap(now, change.values[next++]);
     }
-    changed_[change.leaf] = values[n];
+    known_.learn(change.leaf, values[n]);
     writes.push_back({change.leaf, values[n].data()});
   }
   CHECK(world_.store.write_leaves(writes).ok());
@@ -291,7 +272,7 @@ std::optional<History::Restored> History::back_to(uint64_t target, uint64_t tick
 }
 
 size_t History::bytes() const {
-  size_t all = closed_bytes_ + changed_.size() * (sizeof(Blocks) + sizeof(LeafPos));
+  size_t all = closed_bytes_ + known_.bytes();
   for (const Redo& group : redo_)
     for (const Interval& interval : group.intervals) all += interval.bytes;
   for (const auto& [layer, leaves] : layers_)

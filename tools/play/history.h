@@ -26,7 +26,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "world/store/snapshot.h"
+#include "tools/play/known_blocks.h"
 #include "world/world.h"
 
 namespace tools {
@@ -90,7 +90,7 @@ class History {
     std::vector<Interval> intervals;
     Moment end;
   };
-  using Blocks = std::array<world::BlockId, world::kLeafVoxels>;
+  using Blocks = KnownBlocks::Blocks;
 
   /// Keeps what changed since the open interval began, and takes it as known.
   void close();
@@ -106,16 +106,13 @@ class History {
   void drop_oldest();
   /// Makes one interval of two, the second of which begins with no edit.
   static void merge(Interval& first, Interval&& second);
-  const Blocks& known(world::LeafPos l, Blocks& scratch) const;
 
   world::World& world_;
   size_t most_bytes_, closed_bytes_ = 0;
   size_t dropped_ = 0;  // intervals that were too old to keep
   int subscriber_;
-  world::StoreSnapshot base_;  // the world at first; a region costs memory once it is changed
-  std::unordered_map<world::RegionPos, size_t, world::PosHash> base_index_;
-  std::unordered_map<world::LeafPos, Blocks, world::PosHash> changed_;  // since then, as the open interval began
-  std::map<world::Layer, std::unordered_map<world::LeafPos, LayerChange, world::PosHash>> layers_;  // all of them, then
+  KnownBlocks known_;  // as the open interval began
+  std::map<world::Layer, std::unordered_map<world::LeafPos, LayerChange, world::PosHash>> layers_;  // all, then
   std::deque<Interval> intervals_;                                                                  // the last is open
   std::vector<Redo> redo_;
 };

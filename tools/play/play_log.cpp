@@ -1,5 +1,8 @@
 #include "tools/play/play_log.h"
 
+#include <map>
+#include <utility>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -13,6 +16,7 @@ using nlohmann::json;
 
 namespace {
 
+constexpr int kVersion = 2;
 constexpr size_t kMostTicksALine = 240;
 
 json walk_json(const WalkInput& i) {
@@ -35,10 +39,17 @@ void read_line(const json& j, PlayLog& log) {
   PlayEvent e;
   if (j.contains("ticks")) {
     e.input = walk_from(j.at("walk"));
+    size_t n = 0;
     for (const char c : j.at("ticks").get<std::string>()) {
       e.kind = c == 'm' ? Kind::matter : Kind::walk;
+      e.sum.reset();
+      if (c == 'm' && j.contains("sums")) e.sum = j.at("sums").at(n++).get<std::string>();
       log.events.push_back(e);
     }
+    return;
+  }
+  if (j.contains("sum")) {
+    log.events.at(log.events.size() - 1).sum = j.at("sum").get<std::string>();
     return;
   }
   if (j.contains("edit")) {
@@ -78,11 +89,27 @@ world::Result<world::EditBatch> batch_of(const PlayEvent& e, const world::BlockP
 
 }  // namespace
 
+uint64_t ChangeSums::bodies_hash() const {
+  const sim::Bodies* bodies = play_.matter().bodies();
+  return bodies ? bodies->content_hash() : 0;
+}
+
+ChangeSums::Sum ChangeSums::take() {
+  Sum sum{follower_.take(), {}};
+  sum.text = sum.changes.text();
+  if (const uint64_t now = bodies_hash(); std::exchange(bodies_, now) != now) sum.text += "/" + hash_text(now);
+  return sum;
+}
+
 world::Result<std::unique_ptr<PlayLogWriter>> PlayLogWriter::open(const std::filesystem::path& path,
-                                                                  const std::string& scene, uint64_t hash) {
-  auto writer = std::make_unique<PlayLogWriter>();
+                                                                  const std::string& scene, PlaySimulation& play) {
+  std::unique_ptr<PlayLogWriter> writer(new PlayLogWriter(play));
   writer->out_.open(path, std::ios::binary | std::ios::trunc);
-  writer->out_ << json{{"loam_play", 1}, {"scene", scene}, {"commit", LOAM_COMMIT}, {"hash", hash_text(hash)}}.dump()
+  writer->out_ << json{{"loam_play", kVersion},
+                       {"scene", scene},
+                       {"commit", LOAM_COMMIT},
+                       {"hash", hash_text(play.hash())}}
+                      .dump()
                << std::endl;
   if (!writer->ok()) return world::input_error(path.string() + ": the recording can't be written there");
   return writer;
@@ -92,8 +119,18 @@ PlayLogWriter::~PlayLogWriter() { end_ticks(); }
 
 void PlayLogWriter::end_ticks() {
   if (ticks_.empty()) return;
-  out_ << json{{"walk", walk_json(input_)}, {"ticks", ticks_}}.dump() << std::endl;
-  ticks_.clear();
+  json line{{"walk", walk_json(input_)}, {"ticks", ticks_}};
+  if (!sums_.empty()) line["sums"] = sums_;
+  out_ << line.dump() << std::endl;
+  ticks_.clear(), sums_.clear();
+}
+
+void PlayLogWriter::sum() {
+  const std::string text = changes_.take().text;
+  if (!ticks_.empty())
+    sums_.push_back(text);  // of the last m: nothing follows it before its sum
+  else
+    out_ << json{{"sum", text}}.dump() << std::endl;
 }
 
 void PlayLogWriter::walk(const WalkInput& input) {
@@ -123,9 +160,9 @@ void PlayLogWriter::teleport(const world::WorldPoint& p) {
   end_ticks();
   out_ << json{{"to", {p.voxel.x, p.voxel.y, p.voxel.z, p.fraction.x, p.fraction.y, p.fraction.z}}}.dump() << std::endl;
 }
-void PlayLogWriter::mark(uint64_t tick, uint64_t hash) {
+void PlayLogWriter::mark() {
   end_ticks();
-  out_ << json{{"mark", tick}, {"hash", hash_text(hash)}}.dump() << std::endl;
+  out_ << json{{"mark", play_.tick()}, {"hash", hash_text(play_.hash())}}.dump() << std::endl;
 }
 
 bool is_play_log(const std::filesystem::path& path) {
@@ -147,7 +184,7 @@ world::Result<PlayLog> read_play_log(const std::filesystem::path& path) {
         read_line(j, log);
         continue;
       }
-      if (j.at("loam_play").get<int>() != 1)
+      if (const int version = j.at("loam_play").get<int>(); version < 1 || version > kVersion)
         return world::input_error(path.string() + ": this recording is of a later version of the program");
       log.scene = j.at("scene"), log.commit = j.at("commit"), log.hash = hash_from(j.at("hash"));
     } catch (const std::exception&) {
@@ -159,6 +196,57 @@ world::Result<PlayLog> read_play_log(const std::filesystem::path& path) {
   if (log.scene.empty()) return world::input_error(path.string() + ": this is no recorded session");
   return log;
 }
+
+namespace {
+
+const char* name_of(PlayEvent::Kind kind) {
+  using Kind = PlayEvent::Kind;
+  switch (kind) {
+    case Kind::matter:
+      return "a tick";
+    case Kind::edit:
+      return "an edit";
+    case Kind::undo:
+      return "an undo";
+    case Kind::redo:
+      return "a redo";
+    case Kind::back:
+      return "a step back";
+    default:
+      return "what was done";
+  }
+}
+
+/// The entries of two runs that only one of them has, by voxel: what this world has there was found.
+std::vector<PlayedDifference> differences_in(const world::World& world, const std::vector<VoxelEntry>& entries) {
+  std::map<uint32_t, std::string> names;
+  for (size_t id = 0; id < world.palette->size(); ++id) {
+    const std::string& name = (*world.palette)[static_cast<world::BlockId>(id)].name;
+    names[name_hash(name)] = name;
+  }
+  std::map<std::pair<world::Layer, world::VoxelPos>, PlayedDifference> voxels;
+  for (const VoxelEntry& entry : entries) {
+    PlayedDifference& voxel = voxels[{entry.layer, entry.pos}];
+    voxel.layer = world::layer_rows()[static_cast<size_t>(entry.layer)].name, voxel.pos = entry.pos;
+    if (entry.layer == world::Layer::block) {
+      const std::string& found = (*world.palette)[world.store.get(entry.pos)].name;
+      voxel.found = found;
+      if (entry.value == name_hash(found)) continue;
+      const auto known = names.find(entry.value);
+      voxel.expected = known == names.end() ? "a block that this world lacks" : known->second;
+      continue;
+    }
+    const world::IntLayer* values = world.store.find_int_layer(entry.layer);
+    if (values && values->active(entry.pos)) voxel.found = std::to_string(values->get(entry.pos));
+    const std::string value = std::to_string(static_cast<int32_t>(entry.value));
+    if (voxel.found != value) voxel.expected = value;
+  }
+  std::vector<PlayedDifference> all;
+  for (auto& [at, voxel] : voxels) all.push_back(std::move(voxel));
+  return all;
+}
+
+}  // namespace
 
 world::Result<PlayReplay> replay_play(const PlayLog& log) {
   using Kind = PlayEvent::Kind;
@@ -176,6 +264,7 @@ world::Result<PlayReplay> replay_play(const PlayLog& log) {
     return result.equal;
   };
   if (!compare(log.hash)) return result;
+  ChangeSums changes(*play);
   for (const PlayEvent& e : log.events) {
     if (e.kind == Kind::walk) play->walk(e.input);
     if (e.kind == Kind::matter) play->step_matter();
@@ -189,6 +278,19 @@ world::Result<PlayReplay> replay_play(const PlayLog& log) {
       TRY_STATUS(play->edit(batch));
     }
     if (e.kind == Kind::mark && !compare(e.hash)) break;
+    if (!e.sum) continue;
+    ChangeSums::Sum sum = changes.take();
+    if (sum.text == *e.sum) {
+      result.same_until = play->tick();
+      continue;
+    }
+    result.equal = false, result.differs_by = play->tick(), result.differs_in = name_of(e.kind);
+    const auto recorded = ChangeSketch::from(std::string_view(*e.sum).substr(0, e.sum->find('/')));
+    if (!recorded)
+      return world::input_error(fmt::format("the sum of {} before tick {} is none", name_of(e.kind), play->tick()));
+    sum.changes.toggle(*recorded);
+    result.voxels = differences_in(world, sum.changes.entries());
+    break;
   }
   return result;
 }

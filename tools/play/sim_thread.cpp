@@ -35,7 +35,7 @@ world::Result<std::unique_ptr<SimThread>> SimThread::make(std::unique_ptr<Played
   TRY(made->play_, PlaySimulation::make(world));
   made->subscriber_ = world.store.subscribe();
   if (!options.record.empty()) {
-    TRY(made->log_, PlayLogWriter::open(options.record, made->played_->scene, made->play_->hash()));
+    TRY(made->log_, PlayLogWriter::open(options.record, made->played_->scene, *made->play_));
   }
   made->before_ = made->play_->walker().state();
   made->state_.before = made->state_.now = made->before_;
@@ -122,26 +122,29 @@ void SimThread::do_request(PlayRequest& request) {
     case Kind::edit: {
       if (log_) log_->edit(request.edit, *played_->world().palette);
       const auto done = play_->edit(request.edit);
+      if (log_) log_->sum();
       if (!done) say(done.error().message);
       break;
     }
     case Kind::undo:
       if (log_) log_->note("undo");
       if (!play_->undo()) say("there is nothing to undo");
+      if (log_) log_->sum();
       break;
     case Kind::redo:
       if (log_) log_->note("redo");
       if (!play_->redo()) say("there is nothing to redo");
+      if (log_) log_->sum();
       break;
     case Kind::back:
       matter_clock_.set_paused(true);
       if (log_) log_->note("back");
       if (!play_->step_back()) say("nothing is kept of the time before");
+      if (log_) log_->sum();
       break;
     case Kind::step:
       matter_clock_.set_paused(true);
-      if (log_) log_->matter();
-      play_->step_matter();
+      step_matter();
       break;
     case Kind::mode:
       if (log_) log_->mode(request.flies, request.passes);
@@ -200,7 +203,13 @@ void SimThread::save(bool wait) {
 }
 
 void SimThread::mark() {
-  if (log_) log_->mark(play_->tick(), play_->hash());
+  if (log_) log_->mark();
+}
+
+void SimThread::step_matter() {
+  if (log_) log_->matter();
+  play_->step_matter();
+  if (log_) log_->sum();
 }
 
 void SimThread::tick(int64_t elapsed_ns) {
@@ -219,8 +228,7 @@ void SimThread::tick(int64_t elapsed_ns) {
   waiting_steps_ += matter_clock_.advance(elapsed_ns);
   while (waiting_steps_ > 0 && ms_since(start) < kBusyMs) {
     --waiting_steps_;
-    if (log_) log_->matter();
-    play_->step_matter();
+    step_matter();
     ticked_ = true;
   }
   // What could not be done within a fifth of a second of the world's time is dropped: it lags, and nothing queues up.

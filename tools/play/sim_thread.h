@@ -117,6 +117,7 @@ class SimThread {
   void publish(bool all);
   void say(std::string message);
   void mark();
+  void step_matter();
 
   std::unique_ptr<PlayedWorld> played_;
   std::unique_ptr<PlaySimulation> play_;

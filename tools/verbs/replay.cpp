@@ -110,6 +110,36 @@ void print_inequality(const std::string& log, const auto& replay) {
               hash_text(replay.hash).c_str(), hash_text(replay.recorded).c_str());
 }
 
+/// The first voxel that differs, and all that were found to.
+nlohmann::json first_json(const PlayReplay& replay) {
+  const auto value = [](const std::optional<std::string>& v) {
+    return v ? nlohmann::json(*v) : nlohmann::json(nullptr);
+  };
+  nlohmann::json voxels = nlohmann::json::array();
+  for (const PlayedDifference& v : replay.voxels)
+    voxels.push_back(
+        {{"voxel", position_json(v.pos)}, {"of", v.layer}, {"found", value(v.found)}, {"expected", value(v.expected)}});
+  nlohmann::json first{{"tick", replay.differs_by}, {"in", replay.differs_in}, {"voxels", voxels}};
+  if (!voxels.empty()) first.update(voxels[0]);
+  return first;
+}
+
+void print_difference(const std::string& log, const PlayReplay& replay, const nlohmann::json& j) {
+  if (!j.contains("first")) return print_inequality(log, replay);
+  std::printf(
+      "%s: equal to tick %llu; first differs at tick %llu, in %s, %s\n", log.c_str(),
+      static_cast<unsigned long long>(replay.same_until), static_cast<unsigned long long>(replay.differs_by),
+      replay.differs_in.c_str(),
+      replay.voxels.empty() ? "in no voxel that is known" : ("in voxel " + position_text(j["first"]["voxel"])).c_str());
+  constexpr size_t kMostPrinted = 10;
+  const auto text = [](const std::optional<std::string>& v) { return v ? v->c_str() : "nothing known"; };
+  for (size_t n = 0; n < std::min(kMostPrinted, replay.voxels.size()); ++n) {
+    const PlayedDifference& v = replay.voxels[n];
+    std::printf("  %s %s: %s, recorded %s\n", position_text(position_json(v.pos)).c_str(), v.layer.c_str(),
+                text(v.found), text(v.expected));
+  }
+}
+
 /// A session of `loam play --record`.
 world::Result<int> replay_session(const ReplayVerbOptions& options) {
   const world::ThreadLimit limit(options.replay.threads);
@@ -118,13 +148,17 @@ world::Result<int> replay_session(const ReplayVerbOptions& options) {
   const std::string& name = options.replay.log;
   TRY(const PlayLog log, read_play_log(name));
   TRY(const PlayReplay replay, replay_play(log));
-  const nlohmann::json j{{"log", name},
-                         {"scene", log.scene},
-                         {"marks", replay.marks},
-                         {"equal", replay.equal},
-                         {"same_until", replay.same_until},
-                         {"hash", hash_text(replay.hash)},
-                         {"recorded", hash_text(replay.recorded)}};
+  nlohmann::json j{{"log", name},
+                   {"scene", log.scene},
+                   {"marks", replay.marks},
+                   {"equal", replay.equal},
+                   {"same_until", replay.same_until},
+                   {"hash", hash_text(replay.hash)},
+                   {"recorded", hash_text(replay.recorded)}};
+  if (!replay.equal) {
+    j["differs_by"] = replay.differs_by;
+    if (!replay.differs_in.empty()) j["first"] = first_json(replay);
+  }
   if (options.json)
     std::cout << json_text(j) << '\n';
   else if (replay.equal)
@@ -132,7 +166,7 @@ world::Result<int> replay_session(const ReplayVerbOptions& options) {
                 static_cast<unsigned long long>(replay.marks), static_cast<unsigned long long>(replay.same_until),
                 hash_text(replay.hash).c_str());
   else
-    print_inequality(name, replay);
+    print_difference(name, replay, j);
   return replay.equal ? 0 : static_cast<int>(world::ErrorKind::comparison);
 }
 

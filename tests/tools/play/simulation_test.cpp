@@ -1,12 +1,15 @@
 // The played world without its window: undo through automata, time that goes back, recordings, and the thread.
+#include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <fstream>
 #include <random>
 #include <thread>
 
 #include <sys/resource.h>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "tests/support.h"
 #include "tools/play/brush.h"
@@ -215,18 +218,21 @@ TEST_F(Played, APlayerWalksJumpsAndFlies) {
 
 // ---- recordings ----
 
-TEST(PlayLog, ASessionRepeatsToTheSameHash) {
+struct PlayLogFile : ::testing::Test {
   const world::TemporaryFolder folder;
-  world::ImportReport report;
-  world::World world = *world::build_world(*world::load_scene("dam"), report);
-  auto play = std::move(*PlaySimulation::make(world));
   const std::string path = folder / "session.log";
-  {
-    auto log = std::move(*PlayLogWriter::open(path, "dam", play->hash()));
+
+  /// Records a session on the dam: an edit of sand in the water's way, an undo, a redo, a step back, a jump.
+  uint64_t record() {
+    world::ImportReport report;
+    world::World world = *world::build_world(*world::load_scene("dam"), report);
+    auto play = std::move(*PlaySimulation::make(world));
+    auto log = std::move(*PlayLogWriter::open(path, "dam", *play));
+    const auto step = [&] { log->matter(), play->step_matter(), log->sum(); };
     const auto walk = [&](const WalkInput& input, int n) {
       for (int i = 0; i < n; ++i) {
         log->walk(input), play->walk(input);
-        if (i % 3 == 2) log->matter(), play->step_matter();
+        if (i % 3 == 2) step();
       }
     };
     WalkInput input;
@@ -237,28 +243,141 @@ TEST(PlayLog, ASessionRepeatsToTheSameHash) {
     const VoxelPos middle{(box.min.x + box.max.x) / 2, box.max.y, (box.min.z + box.max.z) / 2};
     const world::EditBatch batch = sphere_of(middle, 3, *world.palette->find("sand"));
     log->edit(batch, *world.palette);
-    ASSERT_TRUE(play->edit(batch).ok());
+    EXPECT_TRUE(play->edit(batch).ok());
+    log->sum();
     walk({}, 60);
-    log->note("undo"), play->undo();
+    log->note("undo"), play->undo(), log->sum();
     walk(input, 30);
-    log->note("redo"), play->redo();
-    log->note("back"), play->step_back();
+    log->note("redo"), play->redo(), log->sum();
+    log->note("back"), play->step_back(), log->sum();
     log->teleport({middle, world::Vec3d(0.25)}), play->teleport({middle, world::Vec3d(0.25)});
     walk({}, 30);
-    log->mark(play->tick(), play->hash());
+    log->mark();
     EXPECT_TRUE(log->ok());
+    return play->hash();
   }
+  PlayLog read() {
+    auto log = read_play_log(path);
+    EXPECT_TRUE(log.ok()) << log.error().message;
+    return std::move(*log);
+  }
+  static PlayReplay replay(const PlayLog& log) {
+    auto replayed = replay_play(log);
+    EXPECT_TRUE(replayed.ok()) << replayed.error().message;
+    return std::move(*replayed);
+  }
+  static size_t find(const PlayLog& log, PlayEvent::Kind kind) {
+    const auto at = std::find_if(log.events.begin(), log.events.end(), [&](const auto& e) { return e.kind == kind; });
+    return static_cast<size_t>(at - log.events.begin());
+  }
+  static uint64_t ticks_before(const PlayLog& log, size_t event) {
+    return static_cast<uint64_t>(std::count_if(log.events.begin(),
+                                               log.events.begin() + static_cast<std::ptrdiff_t>(event),
+                                               [](const PlayEvent& e) { return e.kind == PlayEvent::Kind::matter; }));
+  }
+};
+
+TEST_F(PlayLogFile, ASessionRepeatsToTheSameHash) {
+  const uint64_t hash = record();
   ASSERT_TRUE(is_play_log(path));
-  auto log = read_play_log(path);
-  ASSERT_TRUE(log.ok()) << log.error().message;
-  const auto replayed = replay_play(*log);
-  ASSERT_TRUE(replayed.ok()) << replayed.error().message;
-  EXPECT_TRUE(replayed->equal);
-  EXPECT_EQ(replayed->marks, 2u);
-  EXPECT_EQ(replayed->hash, play->hash());
+  PlayLog log = read();
+  const PlayReplay replayed = replay(log);
+  EXPECT_TRUE(replayed.equal);
+  EXPECT_EQ(replayed.marks, 2u);
+  EXPECT_EQ(replayed.hash, hash);
   // One edit more or less is noticed.
-  std::erase_if(log->events, [](const PlayEvent& e) { return e.kind == PlayEvent::Kind::redo; });
-  EXPECT_FALSE(replay_play(*log)->equal);
+  std::erase_if(log.events, [](const PlayEvent& e) { return e.kind == PlayEvent::Kind::redo; });
+  EXPECT_FALSE(replay(log).equal);
+}
+
+TEST_F(PlayLogFile, AnEditThatWasTamperedWithIsNamedWithItsTickAndVoxels) {
+  record();
+  PlayLog log = read();
+  const size_t at = find(log, PlayEvent::Kind::edit);
+  const uint64_t tick = ticks_before(log, at);
+  ASSERT_GT(log.events[at].edit.size(), 1u);
+  // One voxel of the sphere becomes gravel in the log: the recorded run had sand there.
+  const world::VoxelBox row = log.events[at].edit[2].first;
+  log.events[at].edit.push_back({{row.min, row.min}, "gravel"});
+  const PlayReplay one = replay(log);
+  EXPECT_FALSE(one.equal);
+  EXPECT_EQ(one.same_until, tick);
+  EXPECT_EQ(one.differs_by, tick);
+  EXPECT_EQ(one.differs_in, "an edit");
+  ASSERT_EQ(one.voxels.size(), 1u);
+  EXPECT_EQ(one.voxels[0].pos, row.min);
+  EXPECT_EQ(one.voxels[0].layer, "block");
+  EXPECT_EQ(one.voxels[0].found, "gravel");
+  EXPECT_EQ(one.voxels[0].expected, "sand");
+  // All of them do.
+  for (auto& [box, block] : log.events[at].edit) block = "gravel";
+  const PlayReplay all = replay(log);
+  EXPECT_EQ(all.differs_by, tick);
+  ASSERT_FALSE(all.voxels.empty());
+  for (const PlayedDifference& v : all.voxels) {
+    EXPECT_EQ(v.found, "gravel");
+    EXPECT_TRUE(!v.expected || v.expected == "sand");
+  }
+}
+
+TEST_F(PlayLogFile, WithoutAnEditTheFirstTickThatDiffersIsNamedWithVoxelsThatTheEditHadMoved) {
+  record();
+  PlayLog log = read();
+  const size_t at = find(log, PlayEvent::Kind::edit);
+  const uint64_t tick = ticks_before(log, at);
+  const std::vector<std::pair<world::VoxelBox, std::string>> edit = log.events[at].edit;
+  log.events.erase(log.events.begin() + static_cast<std::ptrdiff_t>(at));
+  const PlayReplay replayed = replay(log);
+  EXPECT_FALSE(replayed.equal);
+  EXPECT_EQ(replayed.same_until, tick);
+  EXPECT_EQ(replayed.differs_by, tick + 1);
+  EXPECT_EQ(replayed.differs_in, "a tick");
+  // The grains that fell in that tick: each has left a voxel and reached one beside it.
+  size_t moved = 0;
+  for (const PlayedDifference& v : replayed.voxels)
+    moved += v.layer == "block" && (v.expected == "sand" || v.found == "sand" || !v.expected);
+  EXPECT_GT(moved, 0u);
+  for (const PlayedDifference& v : replayed.voxels) {
+    bool beside = false;
+    for (const auto& [box, block] : edit)
+      beside |= v.pos.x >= box.min.x - 1 && v.pos.x <= box.max.x + 1 && v.pos.y >= box.min.y - 1 &&
+                v.pos.y <= box.max.y + 1 && v.pos.z >= box.min.z - 1 && v.pos.z <= box.max.z + 1;
+    EXPECT_TRUE(beside) << v.pos.x << ' ' << v.pos.y << ' ' << v.pos.z;
+  }
+}
+
+TEST_F(PlayLogFile, ATickMoreIsNamed) {
+  record();
+  PlayLog log = read();
+  size_t at = 0;
+  for (int n = 0; n < 20; ++at) n += log.events[at].kind == PlayEvent::Kind::matter;
+  log.events.insert(log.events.begin() + static_cast<std::ptrdiff_t>(at), log.events[at - 1]);
+  const PlayReplay replayed = replay(log);
+  EXPECT_EQ(replayed.same_until, 20u);
+  EXPECT_EQ(replayed.differs_by, 21u);
+  EXPECT_FALSE(replayed.voxels.empty());
+}
+
+TEST_F(PlayLogFile, OfVersion1NamesTheMarkThatDiffers) {
+  record();
+  std::string text;
+  {
+    std::ifstream in(path);
+    for (std::string line; std::getline(in, line);) {
+      nlohmann::json j = nlohmann::json::parse(line);
+      if (j.contains("sum")) continue;
+      if (j.contains("loam_play")) j["loam_play"] = 1;
+      j.erase("sums");
+      if (j.contains("mark")) j["hash"] = "0000000000000001";
+      text += j.dump() + "\n";
+    }
+  }
+  std::ofstream(path) << text;
+  const PlayReplay replayed = replay(read());
+  EXPECT_FALSE(replayed.equal);
+  EXPECT_EQ(replayed.marks, 2u);
+  EXPECT_EQ(replayed.recorded, 1u);
+  EXPECT_TRUE(replayed.differs_in.empty());
 }
 
 // ---- where it begins ----
