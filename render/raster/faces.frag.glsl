@@ -13,18 +13,16 @@ layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
 #include "render/raster/mirror.glsl.h"
 #include "render/raster/rectangle_test.glsl.h"
 
-layout(location = 0) flat in uvec2 seen;
+layout(location = 0) flat in uvec4 face;  // as seen_image; the chunk's detail; offset of the plane, a float's bits
 layout(location = 1) flat in vec4 rectangle;
-layout(location = 2) flat in uint detail;
 layout(location = 0) out uvec2 seen_out;
 
 void main() {
-  if (kBlends && !chunk_shown(detail, floor(gl_FragCoord.xy))) discard;
+  const uvec2 seen = face.xy;
+  if (kBlends && !chunk_shown(face.z, floor(gl_FragCoord.xy))) discard;
   if (kExactEdges) {
     const vec3 ray = picture.corner.xyz + gl_FragCoord.x * picture.step_x.xyz + gl_FragCoord.y * picture.step_y.xyz;
-    const uint axis = seen_face(seen.x) >> 1;
-    const vec3 offsets = float(int(seen.y)) - picture.fraction.xyz - picture.fraction_rest.xyz;
-    if (!meets_rectangle(axis, axis == 0u ? offsets.x : axis == 1u ? offsets.y : offsets.z, rectangle, ray)) discard;
+    if (!meets_rectangle(seen_face(seen.x) >> 1, uintBitsToFloat(face.w), rectangle, ray)) discard;
   }
   if (kClips) {
     const vec3 ray = picture.corner.xyz + gl_FragCoord.x * picture.step_x.xyz + gl_FragCoord.y * picture.step_y.xyz;

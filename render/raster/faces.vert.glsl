@@ -12,9 +12,20 @@ layout(binding = kBindChunks) uniform isamplerBuffer chunks;
 
 #include "render/raster/face_vertex.glsl.h"
 
-layout(location = 0) flat out uvec2 seen;
-layout(location = 2) flat out uint detail;
+layout(location = 0) flat out uvec4 seen;      // as seen_image; the chunk's detail; offset of the plane, a float's bits
 layout(location = 1) flat out vec4 rectangle;  // low u, low v, high u, high v, relative to the camera
+
+/// With exact edges a face narrower than this on the screen, px, is one triangle that holds it, and the other has no
+/// area: setting a triangle up costs more than the pixels that this one asks beside the face. 4 and 16 gain as much.
+const float kSmallFace = 8.0;
+/// The triangle's legs in sides of the face: 2, and as much more as rounding may take.
+const float kTriangleLeg = 2.25;
+
+bool small_on_screen(float offset, vec2 low, vec2 high) {
+  const vec2 nearest = clamp(vec2(0), low, high), size = high - low;
+  const float widest = max(size.x, size.y), metres_at_1m = kSmallFace * kVertexSteps * picture.screen.z;
+  return widest * widest < metres_at_1m * metres_at_1m * (dot(nearest, nearest) + offset * offset);
+}
 
 void main() {
   const uvec2 record = texelFetch(faces, gl_VertexIndex >> 2).xy;
@@ -23,11 +34,11 @@ void main() {
   const int u = axis == 2 ? 1 : 2, v = axis == 0 ? 1 : 0;
   const ivec4 chunk = texelFetch(chunks, gl_InstanceIndex);
   const int level = chunk.w & int(kChunkLevel);
-  detail = uint(chunk.w);
   const ivec3 voxel = chunk.xyz + (ivec3(face_voxel(record.x)) << level);
   const int plane = voxel[axis] + ((face & 1) << level);
   const float offset = float(plane) - picture.fraction[axis] - picture.fraction_rest[axis];
-  seen = uvec2(face_block(record.y) | uint(face) << kSeenFaceShift | uint(level) << kSeenLevelShift, uint(plane));
+  seen = uvec4(face_block(record.y) | uint(face) << kSeenFaceShift | uint(level) << kSeenLevelShift, uint(plane),
+               uint(chunk.w), floatBitsToUint(offset));
 
   // From integers, so that the common edge of two faces has the same bits in both.
   const vec2 fraction = vec2(picture.fraction[u], picture.fraction[v]);
@@ -41,6 +52,11 @@ void main() {
     gl_Position = vec4(0, 0, 1, 1);
     return;
   }
-  const bool high_u = (gl_VertexIndex & 1) != 0, high_v = (gl_VertexIndex & 2) != 0;
-  gl_Position = placed_corner(axis, u, v, offset, low, high, high_u, high_v);
+  bool high_u = (gl_VertexIndex & 1) != 0, high_v = (gl_VertexIndex & 2) != 0;
+  vec2 far_corner = high;  // of what the triangles span
+  if (kExactEdges && small_on_screen(offset, low, high)) {
+    far_corner = low + kTriangleLeg * (high - low);
+    high_u = high_u && !high_v;
+  }
+  gl_Position = placed_corner(axis, u, v, offset, low, far_corner, high_u, high_v);
 }

@@ -15,7 +15,7 @@ void set_view(PictureConstants& p, const Camera& camera, const PixelRays& rays, 
   p.fraction = to_vec4(camera.position.fraction, near);
   p.fraction_rest = to_vec4(camera.position.fraction - Vec3d(glm::vec3(camera.position.fraction)));
   const double metres_per_pixel = 2 * rays.window_half_y / height;
-  p.screen = vec4(width, height, static_cast<float>(1.25 / 256 * metres_per_pixel), 0);
+  p.screen = vec4(width, height, static_cast<float>(metres_per_pixel / kVertexSteps), 0);
 }
 
 world::Status Timestamps::open(gpu::Device& device) {

@@ -64,6 +64,9 @@ SHARED_CONST uint kTilePixels = 8;  // a tile of the occlusion test is 8 x 8 pix
 /// Faces whose plane is nearer than this need care, m; see faces.vert.glsl. The near plane is nearer.
 SHARED_CONST float kNearestFace = 1e-3;
 
+/// Vertices are rounded to 1/256 pixel; by one part in so many of a pixel edges move outwards, to be on the safe side.
+SHARED_CONST float kVertexSteps = 256.0f / 1.25f;
+
 SHARED_CONST uint kShadeGroup = 8;  // the shading pass works on squares of 8 x 8 pixels
 
 /// A group of 4^3 leaves: which hold any opaque voxel (64 bits), which hold nothing else (64 bits), and the place of
@@ -135,7 +138,7 @@ struct PictureConstants {
   vec4 sun_slope;   // of u and v along the main axis; where in its cell the corner lies
   uvec4 meshes;     // of the triangles: nodes; where triangles, vertices and materials begin
   ivec4 mesh_base;  // the voxel that boxes are relative to; w: the largest coordinate of one, a float's bits
-  vec4 screen;      // x: width, y: height, z: metres at view depth 1 that are 1.25/256 pixel
+  vec4 screen;      // x: width, y: height, z: metres at view depth 1 that are 1 / kVertexSteps pixel
 };
 
 /// What the temporal pass is told.
