@@ -2,6 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_samplerless_texture_functions : require
 // Radiance of each pixel, over the whole picture: the test of depth lets the sky's through, or the others.
+#define PICTURE_FROM_VERTICES
 #include "render/raster/shading/pixel.glsl.h"
 #include "render/raster/shading/put_off.glsl.h"
 
@@ -11,6 +12,7 @@ layout(constant_id = kSpecCountsRays) const bool kCountsRays = false;
 layout(location = 0) out vec4 colour_out;
 
 void main() {
+  read_picture();
   const uvec2 pixel = uvec2(gl_FragCoord.xy);
   const uvec2 seen = kShadedPart == kShadedSky ? uvec2(0) : texelFetch(seen_image, ivec2(pixel), 0).xy;
   // A face has none of the bits, a shape may have any below its own.

@@ -39,7 +39,7 @@ uint light_code(const ivec3 voxel, const uint face) {
 
 /// SurfaceLightDecoder
 vec3 decode_light(const uint code, const uint face) {
-  const vec3 whole = picture.sky_lit[face].rgb;
+  const vec3 whole = picture_arrays.sky_lit[face].rgb;
   if (code == kLightUnknown) return whole;
   if (kLight == kLightIrradiance) {
     const float unit = uintBitsToFloat((127u - 24u + (code >> 27)) << 23);
@@ -48,7 +48,8 @@ vec3 decode_light(const uint code, const uint face) {
   vec3 lit;
   for (int b = 0; b < 3; ++b) {
     const uint level = code >> uint(4 * b) & 15u, of_blocks = code >> uint(12 + 4 * b) & 15u;
-    lit[b] = whole[b] * picture.level_sky[level >> 2][level & 3u] + picture.level_block[of_blocks >> 2][of_blocks & 3u];
+    lit[b] = whole[b] * picture_arrays.level_sky[level >> 2][level & 3u] +
+             picture_arrays.level_block[of_blocks >> 2][of_blocks & 3u];
   }
   return lit;
 }
@@ -59,7 +60,7 @@ bool sees_whole_sky(const uint code) {
 
 /// Light of a face at a place on it: light_on_face().
 vec3 light_on_face(const ivec3 voxel, const uint face, const vec2 at, const uint own) {
-  vec3 lit = kLight == kLightNone ? picture.sky_lit[face].rgb : decode_light(own, face);
+  vec3 lit = kLight == kLightNone ? picture_arrays.sky_lit[face].rgb : decode_light(own, face);
   const int axis = int(face >> 1);
   const ivec2 axes = light_axes(axis);
   ivec3 step_u = ivec3(0), step_v = ivec3(0), ahead = ivec3(0);

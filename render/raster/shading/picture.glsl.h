@@ -8,7 +8,12 @@ layout(constant_id = kSpecLight) const uint kLight = 0u;
 layout(constant_id = kSpecInterpolation) const uint kInterpolation = 0u;
 layout(constant_id = kSpecCornerOcclusion) const bool kCornerOcclusion = false;
 
+#ifdef PICTURE_FROM_VERTICES
+#include "render/raster/shading/flat_picture.glsl.h"
+#else
 layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
+#define picture_arrays picture
+#endif
 layout(binding = kBindMaterials) uniform samplerBuffer materials;
 
 /// Of a ray with the plane of the face of a cube that a pixel sees; INFINITY and NaN where they are parallel.

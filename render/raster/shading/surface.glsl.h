@@ -78,9 +78,9 @@ vec3 scattered_light(const LitPoint p, const Scatterer s, vec3 lit, float sun) {
 vec3 face_radiance(const FacePoint p) {
   const uint face = p.face, axis = face >> 1;
   const bool positive = (face & 1u) == 1u;
-  bool visible = picture.sun_lit[face].w != 0.0;
+  bool visible = picture_arrays.sun_lit[face].w != 0.0;
   if (kSunShadow == kSunShadowRay && visible) visible = sun_visible(p.front, p.fraction, kNoTriangle);
-  vec3 lit = picture.sky_lit[face].rgb;
+  vec3 lit = picture_arrays.sky_lit[face].rgb;
   if (kLight != kLightNone || kCornerOcclusion) {
     ivec3 voxel = p.front;
     voxel[axis] -= positive ? 1 : -1;
@@ -131,7 +131,7 @@ vec3 face_radiance(const FacePoint p) {
   if (!kBsdf) {
     vec3 albedo = albedo_of(p.block);
     if (kTextures != kTextureOff) albedo *= factor;
-    vec3 sun_lit = picture.sun_lit[face].rgb;
+    vec3 sun_lit = picture_arrays.sun_lit[face].rgb;
     if (kTextures != kTextureOff && kNormalDetail != 0.0)
       sun_lit *= max(dot(at.normal, picture.sun.xyz), 0.0) / max(abs(picture.sun[axis]), 1e-6);
     return albedo * (lit + sun * sun_lit) + emitted;
