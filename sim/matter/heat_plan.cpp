@@ -13,8 +13,13 @@ world::Result<HeatPlan> plan_heat(const SimKnobs& knobs, double largest_diffusiv
   if (knobs.heat_substeps < 0 || knobs.heat_substeps > kMostHeatSubsteps)
     return world::usage_error(
         fmt::format("heat_substeps is {}, but must be in [0, {}]", knobs.heat_substeps, kMostHeatSubsteps));
+  if (knobs.heat_interval < 1 || knobs.heat_interval > kMostHeatInterval)
+    return world::usage_error(
+        fmt::format("heat_interval is {}, but must be in [1, {}]", knobs.heat_interval, kMostHeatInterval));
   HeatPlan plan;
-  const double dt = speed / kHeatTicksPerSecond, ratio = largest_diffusivity * dt;
+  const double of_a_tick = largest_diffusivity * speed / kHeatTicksPerSecond;
+  while (plan.interval < knobs.heat_interval && of_a_tick * (plan.interval + 1) <= kLargestStableRatio) ++plan.interval;
+  const double dt = speed / kHeatTicksPerSecond * plan.interval, ratio = largest_diffusivity * dt;
   const bool is_explicit = knobs.heat_scheme == HeatScheme::explicit_steps;
   plan.substeps = std::max(knobs.heat_substeps, 1);
   // The last bits of ratio don't decide: what is 1/6 but for rounding is stable.
@@ -22,7 +27,7 @@ world::Result<HeatPlan> plan_heat(const SimKnobs& knobs, double largest_diffusiv
   if (knobs.heat_substeps == 0) plan.substeps = static_cast<int>(std::max(std::min(needed, 1e6), 1.0));
   if (plan.substeps > kMostHeatSubsteps || needed > plan.substeps)
     return world::usage_error(fmt::format(
-        "explicit heat needs {:.0f} substeps a tick at heat_speed={}, {} are allowed: r would be {:.4g}, above 1/6; "
+        "explicit heat needs {:.0f} substeps a step at heat_speed={}, {} are allowed: r would be {:.4g}, above 1/6; "
         "raise heat_substeps, lower heat_speed, or use heat_scheme=implicit",
         needed, speed, knobs.heat_substeps == 0 ? kMostHeatSubsteps : plan.substeps, ratio / plan.substeps));
   plan.dt = dt / plan.substeps;

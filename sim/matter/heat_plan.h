@@ -1,4 +1,4 @@
-/// How a tick of conduction is cut into steps.
+/// Which ticks conduct heat, and how such a step is cut into parts.
 #pragma once
 
 #include "sim/knobs.h"
@@ -12,16 +12,18 @@ namespace sim {
 inline constexpr double kLargestStableRatio = 1.0 / 6.0;
 /// Ticks a second that heat_speed is told for.
 inline constexpr double kHeatTicksPerSecond = 20;
-inline constexpr int kMostHeatSubsteps = 4096;
+inline constexpr int kMostHeatSubsteps = 4096, kMostHeatInterval = 64;
 
 struct HeatPlan {
-  int substeps = 1;
+  int interval = 1;  // ticks that a step stands for; it is done in the last of them
+  int substeps = 1;  // of a step
   double dt = 0;     // of a substep, s
   double ratio = 0;  // r of a substep, for the largest diffusivity
 };
 
-/// Refuses heat_substeps that leave an explicit step above r = 1/6, and a heat_speed that is negative or asks for more
-/// than kMostHeatSubsteps. `largest_diffusivity`: m^2/s.
+/// The interval is heat_interval, or as many ticks as leave r of a step at 1/6 or below: more would save nothing.
+/// Refuses a heat_interval out of [1, kMostHeatInterval], heat_substeps that leave an explicit step above r = 1/6, and
+/// a heat_speed that is negative or asks for more than kMostHeatSubsteps. `largest_diffusivity`: m^2/s.
 world::Result<HeatPlan> plan_heat(const SimKnobs& knobs, double largest_diffusivity);
 
 }  // namespace sim

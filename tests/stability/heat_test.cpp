@@ -45,6 +45,7 @@ TEST(HardCases, CM4DiffusionKeepsTheMaximumPrincipleUpToOneSixth) {
     k.heat_scheme = scheme;
     k.heat_speed = static_cast<float>(ratio / alpha * kHeatTicksPerSecond);
     k.heat_substeps = substeps;
+    k.heat_interval = 1;
     return k;
   };
   const ThermalTraits thermal(world::standard_blocks(), {});

@@ -7,6 +7,9 @@
 ///
 /// A page that is new among the awake looks across its sides, and takes in those through which something may flow:
 /// both pages of such a face are always stepped together, and no heat is lost.
+///
+/// Where a tick is much shorter than stability asks for, one step stands for several of them (heat_interval): the pages
+/// stay awake until its turn.
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -360,9 +363,11 @@ RuleReport Heat::step(Cells& cells, const Tick& tick) {
     cells.awake(rule_).clear();
     return report;
   }
+  const auto interval = static_cast<uint64_t>(plan->interval);
+  if (tick.number % interval != interval - 1) return report;
   const bool implicit = knobs.heat_scheme == HeatScheme::implicit;
   for (int s = 0; s < plan->substeps && !cells.awake(rule_).empty(); ++s) {
-    const uint64_t number = tick.number * static_cast<uint64_t>(plan->substeps) + static_cast<uint64_t>(s);
+    const uint64_t number = tick.number / interval * static_cast<uint64_t>(plan->substeps) + static_cast<uint64_t>(s);
     step_once(cells, {.scale = static_cast<float>(plan->dt / kHeatUnitJ), .phase = heat_phase(number)}, implicit,
               report);
   }

@@ -28,6 +28,7 @@ SimKnobs knobs_of(HeatScheme scheme, double dt, int substeps = 0) {
   knobs.heat_scheme = scheme;
   knobs.heat_speed = static_cast<float>(dt * kHeatTicksPerSecond);
   knobs.heat_substeps = substeps;
+  knobs.heat_interval = 1;
   return knobs;
 }
 
@@ -95,6 +96,51 @@ TEST(Heat, EnergyIsExactForEveryScheme) {
     for (int i = 0; i < 30; ++i) rule.step();
     EXPECT_EQ(rule.total(), before) << static_cast<int>(scheme);
     EXPECT_NE(rule.heat({3, 9, 4}), 123456789);
+  }
+}
+
+TEST(Heat, AStepForSeveralTicksIsThatOfTheirTime) {
+  // Eight ticks of 50 s against one of 400 s, in which nothing happens before the last; bit for bit.
+  const auto heats = [](SimKnobs knobs, int interval, int ticks) {
+    knobs.heat_interval = interval;
+    World world = world_of({{0, 0, 0}, {15, 15, 15}}, patchwork);
+    MatterOptions options;
+    options.knobs = knobs;
+    RuleAlone rule(world, "heat", options);
+    rule.set_heat({3, 9, 4}, 123456789);
+    rule.set_heat({7, 8, 8}, -2345678);
+    for (int i = 0; i < ticks; ++i) rule.step();
+    std::vector<int32_t> all;
+    for (int x = 0; x < 16; ++x)
+      for (int y = 0; y < 16; ++y)
+        for (int z = 0; z < 16; ++z) all.push_back(rule.heat({x, y, z}));
+    return all;
+  };
+  for (const HeatScheme scheme : {HeatScheme::limited, HeatScheme::explicit_steps, HeatScheme::implicit}) {
+    const SimKnobs often = knobs_of(scheme, 50), seldom = knobs_of(scheme, 400);
+    EXPECT_EQ(heats(often, 8, 8), heats(seldom, 1, 1)) << static_cast<int>(scheme);
+    EXPECT_EQ(heats(often, 8, 29), heats(seldom, 1, 3)) << static_cast<int>(scheme);
+    EXPECT_EQ(heats(often, 8, 7), heats(often, 1, 0)) << static_cast<int>(scheme);
+  }
+}
+
+TEST(Heat, TheIntervalStopsAtWhatOneStepCanDo) {
+  SimKnobs knobs = knobs_of(HeatScheme::explicit_steps, 50);
+  for (const double ratio : {0.001, 0.01, 0.05, 0.084, 0.1, 1.0 / 6, 0.5})
+    for (const int interval : {1, 2, 8, kMostHeatInterval}) {
+      knobs.heat_interval = interval;
+      const auto plan = plan_heat(knobs, ratio / 50);
+      ASSERT_TRUE(plan.ok());
+      EXPECT_GE(plan->interval, 1);
+      EXPECT_LE(plan->interval, interval);
+      EXPECT_LE(plan->ratio, kLargestStableRatio * (1 + 1e-9));
+      EXPECT_NEAR(plan->dt * plan->substeps, 50.0 * plan->interval, 1e-9);
+      EXPECT_TRUE(plan->interval == 1 || plan->substeps == 1);
+      EXPECT_TRUE(plan->interval == interval || ratio * (plan->interval + 1) > kLargestStableRatio);
+    }
+  for (const int interval : {0, -1, kMostHeatInterval + 1}) {
+    knobs.heat_interval = interval;
+    EXPECT_FALSE(plan_heat(knobs, 1e-4).ok());
   }
 }
 

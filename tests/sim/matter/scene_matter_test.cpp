@@ -117,7 +117,7 @@ TEST_F(SceneMatter, WhatIsBornAsWarmAsTheWorldIsStaysAsItIs) {
     fill(world, {{4, 4, 4}, {6, 6, 6}}, block_named(world, "lava"));
     world.environment.temperature = world::Kelvin{rest_k};
     MatterOptions options;
-    options.knobs.heat_speed = 100;
+    options.knobs.heat_speed = 100, options.knobs.heat_interval = 1;
     Matter matter(world, options);
     for (int i = 0; i < 10; ++i) matter.step();
     int64_t moved = 0;

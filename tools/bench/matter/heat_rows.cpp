@@ -44,6 +44,7 @@ Result<Prepared> prepare_heat(BenchContext& context, bool mixed) {
   bench->fill(box, "granite");
   if (mixed)
     for (int y = 0; y <= box.max.y; y += 4) bench->fill({{0, y, 0}, {box.max.x, y + 1, box.max.z}}, "copper_ore");
+  bench->options.knobs.heat_interval = 1;
   bench->start("heat", box);
   for (const sim::PageId p : bench->pages) {
     sim::Cells::Heats& heats = bench->cells->heats(p);
