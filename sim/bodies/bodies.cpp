@@ -3,16 +3,20 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <mutex>
 
 #include <fmt/format.h>
 
 #include "sim/bodies/body_motion.h"
+#include "world/base/jobs.h"
 
 namespace sim {
 
 using world::Vec3d;
 
 namespace {
+
+constexpr size_t kGrain = 16;  // bodies of a task
 
 /// Whether any of the leaves, sorted, lies in the voxels' leaves.
 bool any_leaf_in(const std::vector<world::LeafPos>& leaves, const world::VoxelBox& voxels) {
@@ -46,6 +50,11 @@ FixedVec3 held(Vec3d v) {
 }
 
 }  // namespace
+
+void BodyReport::add(const BodyReport& part) {
+  bodies += part.bodies, awake += part.awake, contacts += part.contacts, pushed += part.pushed, stuck += part.stuck;
+  frozen += part.frozen, quarantined += part.quarantined, substeps_raised += part.substeps_raised;
+}
 
 world::WorldPoint drawn_at(const Body& body, double part) {
   const FixedVec3 way = body.box.min - body.drawn_from;
@@ -218,24 +227,56 @@ void Bodies::find_reaches(const BodySettings& settings) {
   for (uint32_t r = 0; r < reaches_.size(); ++r) reach_of_[reaches_[r].body] = r;
 }
 
-void Bodies::find_near(uint32_t body) {
-  near_.clear();
-  const BodyBox& reach = reaches_[reach_of_[body]].box;
-  auto at = std::lower_bound(reaches_.begin(), reaches_.end(), reach.min.x - widest_,
-                             [](const Reach& r, int64_t x) { return r.box.min.x < x; });
-  for (; at != reaches_.end() && at->box.min.x < reach.max(0); ++at)
-    if (at->body != body && overlap(at->box, reach) && bodies_[at->body].state != BodyState::quarantined)
-      near_.push_back(at->body);
-  std::sort(near_.begin(), near_.end());
-  obstacles_.clear();
-  for (const uint32_t i : near_) obstacles_.push_back(bodies_[i].box);
+/// What each can meet in this tick.
+void Bodies::find_near() {
+  if (near_.size() < order_.size()) near_.resize(order_.size());
+  world::parallel_ranges(order_.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t place = begin; place < end; ++place) {
+      const uint32_t body = order_[place];
+      std::vector<uint32_t>& near = near_[place];
+      near.clear();
+      const BodyBox& reach = reaches_[reach_of_[body]].box;
+      auto at = std::lower_bound(reaches_.begin(), reaches_.end(), reach.min.x - widest_,
+                                 [](const Reach& r, int64_t x) { return r.box.min.x < x; });
+      for (; at != reaches_.end() && at->box.min.x < reach.max(0); ++at)
+        if (at->body != body && overlap(at->box, reach)) near.push_back(at->body);
+      std::sort(near.begin(), near.end());
+    }
+  });
 }
 
-void Bodies::step_body(uint32_t index, const BodySettings& settings) {
-  find_near(index);
+/// A body's wave comes after those of all before it that have to do with what it has to do with: itself, and what it
+/// can meet, to which it may give speed and which it may wake.
+void Bodies::find_waves() {
+  met_.assign(bodies_.size(), 0);
+  wave_of_.resize(order_.size());
+  waves_.assign(1, 0);
+  for (size_t place = 0; place < order_.size(); ++place) {
+    uint32_t wave = met_[order_[place]];
+    for (const uint32_t other : near_[place]) wave = std::max(wave, met_[other]);
+    wave_of_[place] = wave;
+    if (wave + 2 > waves_.size()) waves_.resize(wave + 2);
+    ++waves_[wave + 1];
+    met_[order_[place]] = wave + 1;
+    for (const uint32_t other : near_[place]) met_[other] = wave + 1;
+  }
+  for (size_t w = 1; w < waves_.size(); ++w) waves_[w] += waves_[w - 1];
+  places_.resize(order_.size());
+  std::vector<uint32_t>& next = met_;  // not needed any more
+  next.assign(waves_.begin(), waves_.end());
+  for (uint32_t place = 0; place < order_.size(); ++place) places_[next[wave_of_[place]]++] = place;
+}
+
+void Bodies::step_body(uint32_t place, const BodySettings& settings, Worker& worker) {
+  const uint32_t index = order_[place];
+  worker.near.clear(), worker.obstacles.clear();
+  for (const uint32_t i : near_[place]) {
+    if (bodies_[i].state == BodyState::quarantined) continue;
+    worker.near.push_back(i), worker.obstacles.push_back(bodies_[i].box);
+  }
   Body& body = bodies_[index];
   const BodyBox before = body.box;
-  BodyMotion motion(terrain_, bodies_, near_, obstacles_, settings, tick_, report_);
+  BodyMotion motion(worker.terrain, bodies_, worker.near, worker.obstacles, settings, tick_, worker.report);
   motion.step(index);
   if (body.state != BodyState::awake || motion.waits()) return;
 
@@ -249,8 +290,29 @@ void Bodies::step_body(uint32_t index, const BodySettings& settings) {
   }
   if (body.box == before) return;
   const BodyBox touched = grown(before, 1);
-  for (const uint32_t i : near_)
+  for (const uint32_t i : worker.near)
     if (bodies_[i].state == BodyState::asleep && overlap(bodies_[i].box, touched)) wake(bodies_[i]);
+}
+
+void Bodies::step_all(const BodySettings& settings) {
+  find_reaches(settings);
+  find_near();
+  // One thread goes by the order itself: that comes to the same.
+  const bool alone = order_.size() < 2 * kGrain || world::thread_count() == 1;
+  if (alone) {
+    Worker worker{terrain_.reader(), {}, {}, {}};
+    for (uint32_t place = 0; place < order_.size(); ++place) step_body(place, settings, worker);
+    return report_.add(worker.report);
+  }
+  find_waves();
+  std::mutex adding;
+  for (size_t w = 0; w + 1 < waves_.size(); ++w)
+    world::parallel_ranges(waves_[w + 1] - waves_[w], kGrain, [&](size_t begin, size_t end) {
+      Worker worker{terrain_.reader(), {}, {}, {}};
+      for (size_t n = begin; n < end; ++n) step_body(places_[waves_[w] + n], settings, worker);
+      const std::lock_guard lock(adding);
+      report_.add(worker.report);
+    });
 }
 
 BodyReport Bodies::step(const BodySettings& settings) {
@@ -261,13 +323,12 @@ BodyReport Bodies::step(const BodySettings& settings) {
   order_.clear();
   for (uint32_t i = 0; i < bodies_.size(); ++i)
     if (bodies_[i].state == BodyState::awake || bodies_[i].state == BodyState::stuck) order_.push_back(i);
-  if (!order_.empty()) find_reaches(settings);
   std::sort(order_.begin(), order_.end(), [&](uint32_t a, uint32_t b) {
     const int64_t ya = bodies_[a].box.min.y, yb = bodies_[b].box.min.y;
     return ya != yb ? ya < yb : a < b;
   });
   report_.bodies = bodies_.size(), report_.awake = order_.size();
-  for (const uint32_t i : order_) step_body(i, settings);
+  if (!order_.empty()) step_all(settings);
   for (Body& body : bodies_) {
     report_.quarantined += body.state == BodyState::quarantined;
     if (body.given == FixedVec3{}) continue;

@@ -5,6 +5,9 @@
 /// the end of the step. So the result is a function of the bodies and the terrain: not of threads, of the order in
 /// memory, or of where in the world it happens.
 ///
+///   threads     a step finds for each body the wave in which it moves: after all before it in the order that it, or
+///   what
+///               it may meet, has to do with. Bodies of one wave have nothing to do with each other, and move at once
 ///   resting     restitution ends below kBounceSpeed; what has stayed where it is for kSleepTicks sleeps, bit for bit
 ///               the same and at no cost, until terrain beside it is edited, something hits it or its support moves
 ///   overlap     with terrain, or with bodies of lower ids: out by the shortest way, at most a voxel a tick and not
@@ -90,6 +93,8 @@ struct BodySettings {
 struct BodyReport {
   uint64_t bodies = 0, awake = 0, contacts = 0, pushed = 0, stuck = 0, frozen = 0, quarantined = 0;
   uint64_t substeps_raised = 0;  // bodies that asked for more sub-steps
+  /// Adds what a part of the bodies met with.
+  void add(const BodyReport& part);
 };
 
 class Bodies {
@@ -132,8 +137,17 @@ class Bodies {
   void wake_beside(const BodyBox& box, BodyId but);
   void wake_edited();
   void find_reaches(const BodySettings& settings);
-  void find_near(uint32_t body);
-  void step_body(uint32_t body, const BodySettings& settings);
+  void find_near();
+  void find_waves();
+  /// Scratch of one thread.
+  struct Worker {
+    BodyTerrain terrain;
+    std::vector<uint32_t> near;      // places in bodies_, sorted
+    std::vector<BodyBox> obstacles;  // of near
+    BodyReport report;
+  };
+  void step_body(uint32_t place, const BodySettings& settings, Worker& worker);
+  void step_all(const BodySettings& settings);
 
   const world::Store& store_;
   int subscriber_;
@@ -143,15 +157,20 @@ class Bodies {
   uint64_t tick_ = 0;
   BodyReport report_;
 
-  // Scratch of a step.
+  // Scratch of a step. A place is that of a body in order_.
   struct Reach {
     BodyBox box;
     uint32_t body;
   };
   std::vector<Reach> reaches_;  // by box.min.x
   int64_t widest_ = 0;
-  std::vector<uint32_t> reach_of_, order_, near_;  // by body; places in bodies_, as near_, which is sorted
-  std::vector<BodyBox> obstacles_;                 // of near_
+  std::vector<uint32_t> reach_of_;           // by body
+  std::vector<uint32_t> order_;              // bodies
+  std::vector<std::vector<uint32_t>> near_;  // by place: bodies, sorted
+  std::vector<uint32_t> met_;                // by body: the wave after the last that has to do with it
+  std::vector<uint32_t> wave_of_;            // by place
+  std::vector<uint32_t> places_, waves_;     // wave w: places_[waves_[w] .. waves_[w + 1]), by place
+  std::vector<BodyBox> obstacles_;           // of stands()
 };
 
 }  // namespace sim

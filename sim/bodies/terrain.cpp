@@ -25,46 +25,51 @@ bool any_voxel(const VoxelBox& box, const Visit& visit) {
 
 }  // namespace
 
-BodyTerrain::BodyTerrain(const world::Store& store) : store_(store) { boxes_.reserve(world::kMostProxyParts); }
+BodyTerrain::BodyTerrain(const world::Store& store)
+    : own_(std::make_unique<Known>(Known{.store = store})), known_(own_.get()) {
+  boxes_.reserve(world::kMostProxyParts);
+}
+
+BodyTerrain::BodyTerrain(const Known& known) : known_(&known) {}
 
 void BodyTerrain::refresh() {
-  solid_ = &store_.masks(MaskKind::solid), liquid_ = &store_.masks(MaskKind::liquid);
+  own_->solid = &own_->store.masks(MaskKind::solid), own_->liquid = &own_->store.masks(MaskKind::liquid);
   last_solid_ = {}, last_liquid_ = {};
-  const world::BlockPalette& palette = store_.palette();
-  for (size_t id = filling_.size(); id < palette.size(); ++id) {
+  const world::BlockPalette& palette = own_->store.palette();
+  for (size_t id = own_->filling.size(); id < palette.size(); ++id) {
     const world::Block& block = palette[static_cast<world::BlockId>(id)];
     const world::Proxy* shape = block.proxy.empty() ? nullptr : world::find_proxy(block.proxy);
-    shapes_.shape.push_back(shape), shapes_.fills.push_back(!shape && block.opaque);
-    filling_.push_back(!shape ? Filling::full : shape->boxes.empty() ? Filling::open : Filling::shaped);
-    density_.push_back(block.density.value);
+    own_->shapes.shape.push_back(shape), own_->shapes.fills.push_back(!shape && block.opaque);
+    own_->filling.push_back(!shape ? Filling::full : shape->boxes.empty() ? Filling::open : Filling::shaped);
+    own_->density.push_back(block.density.value);
   }
 }
 
 void BodyTerrain::set_unloaded(world::RegionPos r, bool unloaded) {
   if (unloaded)
-    unloaded_.insert(r);
+    own_->unloaded.insert(r);
   else
-    unloaded_.erase(r);
+    own_->unloaded.erase(r);
 }
 
 bool BodyTerrain::is_unloaded(const VoxelBox& voxels) const {
-  if (unloaded_.empty()) return false;
+  if (known_->unloaded.empty()) return false;
   const world::RegionPos low = world::region_from_voxel(voxels.min), high = world::region_from_voxel(voxels.max);
-  const auto first = unloaded_.lower_bound({low.x, INT32_MIN, INT32_MIN});
-  return std::any_of(first, unloaded_.upper_bound({high.x, INT32_MAX, INT32_MAX}), [&](world::RegionPos r) {
+  const auto first = known_->unloaded.lower_bound({low.x, INT32_MIN, INT32_MIN});
+  return std::any_of(first, known_->unloaded.upper_bound({high.x, INT32_MAX, INT32_MAX}), [&](world::RegionPos r) {
     return r.y >= low.y && r.y <= high.y && r.z >= low.z && r.z <= high.z;
   });
 }
 
 BodyTerrain::Filling BodyTerrain::filling(VoxelPos v) const {
   if (!world::inside_world(v)) return Filling::full;
-  if (!last_solid_.test(*solid_, v)) return Filling::open;
-  return filling_[store_.get(v)];
+  if (!last_solid_.test(*known_->solid, v)) return Filling::open;
+  return known_->filling[known_->store.get(v)];
 }
 
 std::span<const BodyBox> BodyTerrain::boxes(VoxelPos v) const {
-  const world::Proxy* shape = shapes_.shape[store_.get(v)];
-  const uint8_t joins = shapes_.joins_at(*shape, v, [&](VoxelPos at) { return store_.get(at); });
+  const world::Proxy* shape = known_->shapes.shape[known_->store.get(v)];
+  const uint8_t joins = known_->shapes.joins_at(*shape, v, [&](VoxelPos at) { return known_->store.get(at); });
   boxes_.clear();
   for (const world::ProxyBox& part : shape->boxes) {
     if (!world::Proxy::has_part(part.joins, joins)) continue;
@@ -83,12 +88,12 @@ bool BodyTerrain::overlaps(const BodyBox& box) const {
 }
 
 bool BodyTerrain::any_liquid(const VoxelBox& voxels) const {
-  if (liquid_->empty()) return false;
+  if (known_->liquid->empty()) return false;
   const world::LeafPos low = world::leaf_from_voxel(voxels.min), high = world::leaf_from_voxel(voxels.max);
   for (int32_t x = low.x; x <= high.x; ++x)
     for (int32_t y = low.y; y <= high.y; ++y)
       for (int32_t z = low.z; z <= high.z; ++z) {
-        const world::LeafMask& mask = liquid_->leaf({x, y, z});
+        const world::LeafMask& mask = known_->liquid->leaf({x, y, z});
         if (mask.is_none()) continue;
         VoxelBox inside{world::voxel_from_leaf({x, y, z}), {}};
         for (int a = 0; a < 3; ++a) {
@@ -103,11 +108,11 @@ bool BodyTerrain::any_liquid(const VoxelBox& voxels) const {
 /// Calls visit(voxel, m^3 of liquid in the box there, layer of amounts or null).
 template <class Visit>
 void BodyTerrain::each_liquid(const BodyBox& box, const Visit& visit) const {
-  if (liquid_->empty()) return;
+  if (known_->liquid->empty()) return;
   // A liquid that doesn't fill its voxel lies at its bottom.
-  const world::IntLayer* amounts = store_.find_int_layer(world::Layer::liquid);
+  const world::IntLayer* amounts = known_->store.find_int_layer(world::Layer::liquid);
   any_voxel(box.voxels(), [&](VoxelPos v) {
-    if (!last_liquid_.test(*liquid_, v)) return false;
+    if (!last_liquid_.test(*known_->liquid, v)) return false;
     const int32_t amount = amounts ? amounts->get(v) : 0;
     double volume = 1;
     for (int a = 0; a < 3; ++a) {
@@ -123,14 +128,14 @@ void BodyTerrain::each_liquid(const BodyBox& box, const Visit& visit) const {
 Displaced BodyTerrain::displaced(const BodyBox& box) const {
   Displaced sum;
   each_liquid(box, [&](VoxelPos v, double volume, const world::IntLayer*) {
-    sum.volume += volume, sum.mass += volume * density_[store_.get(v)];
+    sum.volume += volume, sum.mass += volume * known_->density[known_->store.get(v)];
   });
   return sum;
 }
 
 world::Vec3d BodyTerrain::current_at(VoxelPos v, const world::IntLayer* amounts) const {
   const auto amount = [&](VoxelPos at) {
-    if (!last_liquid_.test(*liquid_, at)) return 0;
+    if (!last_liquid_.test(*known_->liquid, at)) return 0;
     const int32_t known = amounts ? amounts->get(at) : 0;
     return known > 0 ? known : kFullLiquid;
   };

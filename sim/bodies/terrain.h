@@ -3,9 +3,10 @@
 ///
 /// A solid block is a cube, or the boxes of its proxy (world/proxies): stairs, slabs and fences are what they look
 /// like. Quads of proxies stop nothing: plants are passed through. Outside the world's border everything is solid.
-/// Reads of one object are for one thread.
+/// Reads of one object are for one thread; reader() is for another.
 #pragma once
 
+#include <memory>
 #include <set>
 #include <vector>
 
@@ -27,6 +28,9 @@ class BodyTerrain {
  public:
   /// The store must outlive it and stay where it is.
   explicit BodyTerrain(const world::Store& store);
+
+  /// The same for another thread, until the next refresh(): this must outlive it.
+  BodyTerrain reader() const { return BodyTerrain(*known_); }
 
   /// After edits, and before the first read.
   void refresh();
@@ -65,12 +69,18 @@ class BodyTerrain {
     }
   };
 
-  const world::Store& store_;
-  const world::MaskVolume *solid_ = nullptr, *liquid_ = nullptr;
-  world::BlockShapes shapes_;
-  std::vector<Filling> filling_;  // by block id, of solid ones
-  std::vector<double> density_;   // by block id, kg/m^3
-  std::set<world::RegionPos> unloaded_;
+  struct Known {
+    const world::Store& store;
+    const world::MaskVolume *solid = nullptr, *liquid = nullptr;
+    world::BlockShapes shapes = {};
+    std::vector<Filling> filling = {};  // by block id, of solid ones
+    std::vector<double> density = {};   // by block id, kg/m^3
+    std::set<world::RegionPos> unloaded = {};
+  };
+  explicit BodyTerrain(const Known& known);
+
+  std::unique_ptr<Known> own_;  // null: a reader
+  const Known* known_;
   mutable LastLeaf last_solid_, last_liquid_;
   mutable std::vector<BodyBox> boxes_;
 };

@@ -128,6 +128,13 @@ Result<Prepared> prepare_debris(BenchContext& context) {
                      for (int i = 0; i < 60; ++i) steps += debris->step();
                      return steps;
                    }};
+  const auto alone = std::make_shared<Debris>(context.quick() ? 200 : 2000);
+  prepared.rivals = {{"on one thread", [=] {
+                        const world::ThreadLimit limit(1);
+                        double steps = 0;
+                        for (int i = 0; i < 60; ++i) steps += alone->step();
+                        return steps;
+                      }}};
   return prepared;
 }
 
@@ -220,7 +227,8 @@ void add_body_rows(Registry& registry) {
                 .what = "steps of 2000 boxes thrown over ground of steps, with contacts among them",
                 .unit = "M steps/s",
                 .scale = 1e6,
-                .threads = 1,
+                .threads = 2,
+                .clock = Clock::wall,
                 .prepare = prepare_debris});
   registry.add({.name = "bodies_asleep",
                 .what = "a step of 2000 boxes that sleep",
