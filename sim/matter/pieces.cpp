@@ -1,10 +1,15 @@
 #include "sim/matter/pieces.h"
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <charconv>
+#include <numeric>
 #include <tuple>
 
 #include <fmt/format.h>
+
+#include "world/base/jobs.h"
 
 namespace sim {
 
@@ -128,25 +133,63 @@ Pieces::Blocked Pieces::find_way(Cells& cells, size_t index, size_t& other) {
   return blocked;
 }
 
+/// Moves what is in `parts`, leaves above each other from below upwards, a voxel down. Returns whether there was liquid
+/// in its way.
+bool Pieces::move_column(Cells& cells, std::span<const MovingPart> parts) {
+  bool wet = false;
+  // By x and z: what the voxels so far came through. It ends above the topmost of those that lie on each other.
+  std::array<Cell, size_t{world::kLeafSize} * world::kLeafSize> passed;
+  for (size_t n = 0; n < parts.size(); ++n) {
+    const MovingPart& part = parts[n];
+    const bool lies_on = n > 0 && parts[n - 1].leaf.y + 1 == part.leaf.y;
+    const LeafMask& mask = part.mask;
+    const LeafMask moves_under = world::across(mask, lies_on ? parts[n - 1].mask : world::kNoneMask, world::kFaceNegY);
+    const bool bears = n + 1 < parts.size() && parts[n + 1].leaf.y == part.leaf.y + 1;
+    const LeafMask moves_above = world::across(mask, bears ? parts[n + 1].mask : world::kNoneMask, world::kFacePosY);
+    world::for_each_voxel(mask, [&](int i) {
+      const VoxelPos at = world::offset_in_leaf(i);
+      const PageId p = at.y == 0 ? part.under : part.here;
+      const int below = at.y == 0 ? i + 7 * world::kLeafSize : i - world::kLeafSize;
+      Cell& way = passed[static_cast<size_t>(at.x * world::kLeafSize + at.z)];
+      if (!moves_under.test(i)) {
+        way = cells.cell(p, below);
+        wet |= cells.traits()[way.block].content == Content::liquid;
+      }
+      cells.put(p, below, cells.cell(part.here, i));
+      if (!moves_above.test(i)) cells.put(part.here, i, way);
+    });
+  }
+  return wet;
+}
+
 void Pieces::move_down(Cells& cells, Piece& piece, Step& step) {
   std::vector<LeafPart> moving = piece.voxels;
   moving.insert(moving.end(), carried_.begin(), carried_.end());
   const VoxelSet from = joined(std::move(moving)), to = lowered(from), voxels = lowered(piece.voxels);
-  bool wet = false;
-  // From below upwards, each voxel changes places with what lies under it: that ends above the piece's own.
-  for (const LeafPart& part : from) {
-    const PageId here = cells.open(part.leaf), under = cells.open(part.leaf + kDown);
-    world::for_each_voxel(part.mask, [&](int i) {
-      const bool bottom = world::offset_in_leaf(i).y == 0;
-      const PageId p = bottom ? under : here;
-      const int below = bottom ? i + 7 * world::kLeafSize : i - world::kLeafSize;
-      const Cell own = cells.cell(here, i), passed = cells.cell(p, below);
-      wet |= cells.traits()[passed.block].content == Content::liquid;
-      cells.put(p, below, own);
-      cells.put(here, i, passed);
-      ++step.voxels_moved;
-    });
+  // Columns of leaves have nothing to do with each other.
+  std::vector<size_t> order(from.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+    const LeafPos &of_a = from[a].leaf, &of_b = from[b].leaf;
+    return std::tuple(of_a.x, of_a.z, of_a.y) < std::tuple(of_b.x, of_b.z, of_b.y);
+  });
+  moving_.clear();
+  for (const size_t n : order) {
+    const LeafPart& part = from[n];
+    moving_.push_back({part.leaf, part.mask, cells.open(part.leaf), cells.open(part.leaf + kDown)});
+    step.voxels_moved += static_cast<uint64_t>(part.mask.count());
   }
+  columns_.clear();
+  for (size_t n = 0; n < moving_.size(); ++n)
+    if (n == 0 || moving_[n].leaf.x != moving_[n - 1].leaf.x || moving_[n].leaf.z != moving_[n - 1].leaf.z)
+      columns_.push_back(n);
+  columns_.push_back(moving_.size());
+  std::atomic<bool> wet{false};
+  constexpr size_t kColumnsOfATask = 2;
+  world::parallel_ranges(columns_.size() - 1, kColumnsOfATask, [&](size_t begin, size_t end) {
+    for (size_t c = begin; c < end; ++c)
+      if (move_column(cells, std::span(moving_).subspan(columns_[c], columns_[c + 1] - columns_[c]))) wet = true;
+  });
   std::vector<LeafPart> changed = from;
   changed.insert(changed.end(), to.begin(), to.end());
   for (const LeafPart& part : joined(std::move(changed))) {

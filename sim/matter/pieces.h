@@ -12,11 +12,12 @@
 ///   damage   what burns, melts or is taken out of a piece in the air is gone from it, and its parts fall by themselves
 ///   order    those whose lowest voxels lie lower move first; of these the one whose first voxel comes first
 ///
-/// cost   some 40 ns a voxel of a piece and voxel of its way
+/// cost   some 16 ns a voxel of a piece and voxel of its way on one thread, columns of leaves on all
 /// error  no air resistance, no turning, no breaking by the blow; speed ends at kFastestPiece, in liquids at
 ///        kFastestInLiquid whatever the piece weighs: wood sinks too
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -71,12 +72,21 @@ class Pieces {
   void refresh();
   Blocked find_way(Cells& cells, size_t index, size_t& other);
   Blocked carry(Cells& cells, size_t index, world::VoxelPos grain, size_t& other);
+  /// What is in one leaf of what moves, and the pages of that leaf and the one below.
+  struct MovingPart {
+    world::LeafPos leaf;
+    world::LeafMask mask;
+    PageId here, under;
+  };
+  static bool move_column(Cells& cells, std::span<const MovingPart> parts);
   void move_down(Cells& cells, Piece& piece, Step& step);
   void join(size_t index, size_t other);
 
   std::vector<Piece> pieces_;
   std::unordered_map<world::LeafPos, world::LeafMask, world::PosHash> falling_;
-  std::vector<LeafPart> carried_;  // of the piece whose way was found last
+  std::vector<LeafPart> carried_;   // of the piece whose way was found last
+  std::vector<MovingPart> moving_;  // of the piece that moves, columns of leaves from below upwards
+  std::vector<size_t> columns_;     // where each begins in moving_, and the end
 };
 
 }  // namespace sim
