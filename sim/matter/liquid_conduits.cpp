@@ -264,12 +264,12 @@ void LiquidWaves::flow_through_conduits(double dt) {
   // What each would give out, or take in.
   for (Mouth& m : mouths_) {
     const Edge& e = edges_[m.edge];
-    m.amount = 0;
+    m.amount = m.wanted = 0;
     if (!e.pressed) continue;
     const int64_t most = int64_t{e.high - e.low} * kFullVoxel;
-    const auto wanted = std::llround(static_cast<double>(most) * std::abs(out(m)) * dt);
+    m.wanted = std::llround(static_cast<double>(most) * std::abs(out(m)) * dt);
     Well& w = beside(m);
-    m.amount = out(m) < 0 ? std::clamp<int64_t>(w.surface() - int64_t{e.low} * kFullVoxel, 0, wanted) : int64_t{wanted};
+    m.amount = out(m) < 0 ? std::clamp<int64_t>(w.surface() - int64_t{e.low} * kFullVoxel, 0, m.wanted) : m.wanted;
     (out(m) < 0 ? w.out : w.in) += m.amount;
   }
   for (const Mouth& m : mouths_) {
@@ -324,6 +324,9 @@ void LiquidWaves::flow_through_conduits(double dt) {
     }
     c.heat_more += warmth;
   }
+  // What gave less than its velocity asks for has been slowed down; a unit is what rounding takes.
+  for (const Mouth& m : mouths_)
+    if (m.wanted - m.amount > 1) edges_[m.edge].u *= static_cast<double>(m.amount) / static_cast<double>(m.wanted);
 }
 
 /// Shares out what came through the mouths among the wells of a conduit, as much a unit of liquid everywhere.

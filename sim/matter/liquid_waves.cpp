@@ -24,11 +24,18 @@ constexpr double kCourant = 0.6;
 constexpr double kCourantLess = 0.42;  // at which fewer parts do; as few as possible would swing between two numbers of
                                        // them, and waves as short as two voxels would grow by that
 constexpr int kMostParts = 64;
-constexpr int kDeepest = 16;         // leaves
-constexpr double kCalmSpeed = 0.05;  // m/s: what is slower, and as level as this, is left to find its level
-constexpr double kCalmLevel = 0.05;  // m
-constexpr int64_t kCalmStep = 205;   // the same, in units of amount
-constexpr double kFastest = 1000;    // m/s
+constexpr int kDeepest = 16;           // leaves
+constexpr double kCalmSpeed = 0.05;    // m/s: what is slower, and as level as this, is left to find its level
+constexpr double kCalmLevel = 0.05;    // m
+constexpr double kStuckChange = 1e-3;  // m/s in a tick
+constexpr int64_t kCalmStep = 205;     // the same, in units of amount
+constexpr int64_t kCalmSlope = 8;      // and no more than an eighth of the depth, where that is more than a film
+constexpr double kFastest = 1000;      // m/s
+
+/// How far off level water of a depth may be left.
+int64_t calm_step(int64_t depth, int film) {
+  return depth < film ? kCalmStep : std::min(kCalmStep, depth / kCalmSlope);
+}
 
 }  // namespace
 
@@ -159,7 +166,7 @@ void LiquidWaves::join(const LiquidPages& pages, uint32_t a_begin, uint32_t a_en
       const int64_t bottom = int64_t{e.low} * kFullVoxel;
       if ((first.drop || first.surface() <= bottom) && (second.drop || second.surface() <= bottom)) continue;
       const auto known = velocities_.find(key_of(e));
-      if (known != velocities_.end()) e.u = known->second / kSteps;
+      if (known != velocities_.end()) e.u = e.u_before = known->second / kSteps;
       const Well* drop = first.drop ? &first : second.drop ? &second : nullptr;
       if (drop) {
         const uint16_t* own = pages[page_of(*drop, e.low)].own();
@@ -196,12 +203,17 @@ void LiquidWaves::find_depths() {
   }
 }
 
+/// Whether what flows through another edge reaches up to this one: what lies wholly under a ledge doesn't.
+bool LiquidWaves::meets(const Edge& e, uint32_t other) const {
+  return other != kNone && edges_[other].low + edges_[other].depth > e.low;
+}
+
 /// What edges upstream bring along, m^2/s^2: (u there - u) of what flows in. `at_a`, `at_b`: edges across a's other
 /// side and b's, along the same axis.
 double LiquidWaves::upstream(const Edge& e, uint32_t at_a, uint32_t at_b) const {
   const double q = e.depth * e.u;
   const auto of = [&](uint32_t edge) {
-    return edge == kNone ? std::pair(0.0, 0.0) : std::pair(edges_[edge].u, edges_[edge].depth * edges_[edge].u);
+    return meets(e, edge) ? std::pair(edges_[edge].u, edges_[edge].depth * edges_[edge].u) : std::pair(0.0, 0.0);
   };
   const auto [u_a, q_a] = of(at_a);
   const auto [u_b, q_b] = of(at_b);
@@ -220,7 +232,7 @@ void LiquidWaves::accelerate(Edge& e, double dt, const Liquid& liquid) {
   double carried = upstream(e, a.prev[axis], b.next[axis]);
   // Across: what comes in from both sides has the velocity of the edges there.
   const auto side = [&](uint32_t edge_a, uint32_t edge_b, bool below) {
-    const auto q = [&](uint32_t edge) { return edge == kNone ? 0.0 : edges_[edge].depth * edges_[edge].u; };
+    const auto q = [&](uint32_t edge) { return meets(e, edge) ? edges_[edge].depth * edges_[edge].u : 0.0; };
     const double in = (below ? 0.5 : -0.5) * (q(edge_a) + q(edge_b));
     if (in <= 0) return 0.0;
     const auto well = [&](uint32_t edge) -> const Well& { return wells_[below ? edges_[edge].a : edges_[edge].b]; };
@@ -369,14 +381,18 @@ void LiquidWaves::write(LiquidPages& pages) {
 
 /// Which columns aren't calm, and what moves in them, for the next tick. Nearly calm edges among these go on as well:
 /// deep water that lost its velocity after each tick would be pushed beyond its level again and again.
-void LiquidWaves::keep() {
+void LiquidWaves::keep(int film) {
   std::vector<uint8_t> restless(blocks_.size(), 0);
   for (const Edge& e : edges_) {
     const Well &a = wells_[e.a], &b = wells_[e.b];
     const bool is_open = e.u != 0 || (a.drop ? e.room : a.room()) > 0 || (b.drop ? e.room : b.room()) > 0;
     const bool is_level =
-        e.pressed ? std::abs(e.off_level) < kCalmLevel : std::abs(e.from_a - e.from_b) < kCalmStep || !is_open;
-    if (std::abs(e.u) >= kCalmSpeed || !is_level) restless[a.block] = restless[b.block] = 1;
+        e.pressed ? std::abs(e.off_level) < kCalmLevel
+                  : std::abs(e.from_a - e.from_b) < calm_step(std::max(e.from_a, e.from_b), film) || !is_open;
+    // What is too thin to move a unit, on a ledge, and as fast as it will ever be, would be about to leave for ever.
+    const bool is_stuck = !e.pressed && e.flow == 0 && std::abs(e.u - e.u_before) < kStuckChange;
+    const bool moves = std::abs(e.u) >= kCalmSpeed && !is_stuck;
+    if (moves || !is_level) restless[a.block] = restless[b.block] = 1;
   }
   velocities_.clear();
   for (const Edge& e : edges_) {
@@ -426,7 +442,7 @@ void LiquidWaves::step(Cells& cells, LiquidPages& pages, LiquidHeat& heat, std::
   if (has_heat_ && !conduits_.empty()) mix_conduits();
   if (has_heat_) write_heats(cells, heat);
   write(pages);
-  keep();
+  keep(liquid.film);
   for (const PageId p : wavy_) is_wavy_[p] = 1;
 }
 

@@ -77,6 +77,7 @@ class LiquidWaves {
     int32_t low = 0, high = 0;       // y of the opening
     uint8_t axis = 0;                // 0: x, 1: z
     double u = 0, next_u = 0;        // m/s, from a to b
+    double u_before = 0;             // when the tick began
     double depth = 0;                // of what flows, m
     int64_t from_a = 0, from_b = 0;  // amounts above the opening's floor
     int64_t flow = 0;
@@ -101,6 +102,7 @@ class LiquidWaves {
     // Of a part of a tick:
     enum class State : uint8_t { open, blocked, by_waves } state = State::open;
     double next_out = 0;  // m/s, out of the conduit
+    int64_t wanted = 0;   // by its velocity
     int64_t amount = 0;   // that flows
   };
   /// Pages of one column of leaves.
@@ -133,6 +135,7 @@ class LiquidWaves {
   const Block* block_at(int32_t x, int32_t z) const;
   PageId page_of(const Well& w, int32_t y) const;
   void find_depths();
+  bool meets(const Edge& e, uint32_t other) const;
   double upstream(const Edge& e, uint32_t at_a, uint32_t at_b) const;
   void accelerate(Edge& e, double dt, const Liquid& liquid);
   void flow(double dt, const Liquid& liquid);
@@ -140,7 +143,7 @@ class LiquidWaves {
   void carry_heats();
   void write_heats(Cells& cells, LiquidHeat& heat);
   void write(LiquidPages& pages);
-  void keep();
+  void keep(int film);
   void set(LiquidPages& pages, const Well& w, int32_t y, int amount);
 
   std::unordered_map<Key, int32_t, KeyHash> velocities_;  // not 0; v: the lowest voxel of the edge, on the side of a

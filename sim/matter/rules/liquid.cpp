@@ -300,6 +300,7 @@ RuleReport Liquid::step(Cells& cells, const Tick& tick) {
       }
     else
       for (const PageId p : set.now()) set.add(p);
+    if (cells.met_heat()) report.notes.push_back("liquid_model=levels carries no heat along: it stays where it was");
     cells.spread();
     return report;
   }

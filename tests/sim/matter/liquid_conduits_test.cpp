@@ -7,6 +7,7 @@
 
 #include "tests/sim/matter/heat_support.h"
 #include "tests/sim/matter/liquid_support.h"
+#include "world/base/random.h"
 
 namespace sim {
 namespace {
@@ -206,7 +207,63 @@ TEST(LiquidConduits, APipeThatEndsInTheAirRunsDry) {
   EXPECT_LT(depth_m(), 0.15);
 }
 
-// CM10: threads, instructions; CM11: sleep.
+/// How much a second runs off a basin of this depth through a channel of 12 x 1 m that ends in the air: it is critical
+/// at its end, and from there upwards deeper by what the drag of liquid_waves.cpp takes (Ven Te Chow. Open-Channel
+/// Hydraulics. 1959, chapter 9).
+double discharge(double depth_m) {
+  constexpr double kGravity = 9.81, kDrag = 0.002, kEddies = 1.0 / 40, kStep = 0.005;
+  const auto basin_depth = [&](double q) {
+    double h = std::cbrt(q * q / kGravity) * 1.001;
+    for (double x = 0; x < 12; x += kStep) {
+      const double u = q / h, froude2 = u * u / (kGravity * h);
+      h += std::min(0.01, kStep * (kDrag * u * u / h + kEddies * u) / (kGravity * std::max(1 - froude2, 1e-4)));
+    }
+    return h + (q / h) * (q / h) / (2 * kGravity);
+  };
+  double low = 1e-9, high = 10;
+  for (int n = 0; n < 50; ++n) {
+    const double middle = std::sqrt(low * high);
+    (basin_depth(middle) > depth_m ? high : low) = middle;
+  }
+  return low;
+}
+
+// A channel under a roof that isn't full empties the last of its basin as its drag and critical flow at its end allow:
+// ever slower, the lower it stands.
+TEST(LiquidConduits, TheLastOfABasinRunsOffAsItsChannelAllows) {
+  World world(world::standard_blocks());
+  fill(world, {{-3, -3, -3}, {33, 20, 6}}, block_named(world, "granite"));
+  fill(world, {{0, 12, 0}, {7, 18, 3}}, kAir);
+  fill(world, {{20, 0, 0}, {29, 18, 3}}, kAir);
+  fill(world, {{8, 12, 1}, {19, 13, 2}}, kAir);
+  fill(world, {{0, 12, 0}, {7, 12, 3}}, block_named(world, "water"));
+  Matter matter(world, with_waves());
+  const auto depth_m = [&] {
+    int64_t left = 0;
+    for (const int level : levels(matter, {{0, 12, 0}, {7, 18, 3}})) left += level;
+    return static_cast<double>(left) / (32 * kFullVoxel);
+  };
+  int ticks = 0;
+  double from = 0.4;
+  while (ticks < 4000 && depth_m() > from) matter.step(), ++ticks;
+  for (const auto& [to, most] :
+       {std::pair(0.2, 1.2), std::pair(0.1, 1.35), std::pair(0.05, 1.35), std::pair(0.025, 1.6)}) {
+    const int begun = ticks;
+    while (ticks < 8000 && depth_m() > to) matter.step(), ++ticks;
+    // An area of 32 m^2, through a channel of 2 m.
+    double expected_s = 0;
+    for (double depth = from; depth > to * 1.0001; depth *= std::pow(to / from, 0.05))
+      expected_s += depth * (1 - std::pow(to / from, 0.05)) * 32 / (2 * discharge(depth * std::pow(to / from, 0.025)));
+    const double ratio = (ticks - begun) * 0.05 / expected_s;
+    std::printf("from %g m to %g m in %.1f s, by channel flow in %.1f s\n", from, to, (ticks - begun) * 0.05,
+                expected_s);
+    EXPECT_GT(ratio, 1 / most);
+    EXPECT_LT(ratio, most);
+    from = to;
+  }
+}
+
+// CM10: threads, instructions.
 TEST(LiquidConduits, TheStateIsTheSameForAnyThreadsAndInstructions) {
   expect_the_same_for_any_threads_and_instructions([] {
     World world = three_wells();
@@ -214,6 +271,33 @@ TEST(LiquidConduits, TheStateIsTheSameForAnyThreadsAndInstructions) {
     for (int i = 0; i < 100; ++i) matter.step();
     return matter.state_hash();
   });
+}
+
+// CM11: what sleeps would do nothing. Waking all in each tick changes no bit of the state, through edits at random.
+TEST(LiquidConduits, SleepChangesNothing) {
+  World world = three_wells(), woken_world = three_wells();
+  Matter matter(world, with_waves(3)), woken(woken_world, with_waves(3));
+  uint64_t slept = 0;
+  for (int tick = 0; tick < 250 || (tick < 3000 && !matter.settled()); ++tick) {
+    // In the tunnel, in the wells, at the roof.
+    if (tick < 250 && tick % 7 == 0) {
+      const auto draw = [&](int n, int below) {
+        return static_cast<int>(world::random_bits(11, tick, n, 0) % static_cast<uint64_t>(below));
+      };
+      const VoxelPos v{draw(0, 39), draw(1, 8) < 5 ? draw(2, 2) : draw(2, 20), 2 + draw(3, 2)};
+      const char* const names[] = {"air", "granite", "water", "air"};
+      world::EditBatch batch;
+      batch.fill({v, v + VoxelPos{draw(4, 2), draw(5, 2), 0}}, *world.palette->find(names[draw(6, 4)]));
+      for (Matter* m : {&matter, &woken}) ASSERT_TRUE(m->edit(batch, {.tick = matter.tick(), .serial = 0}).ok());
+    }
+    woken.wake_all();
+    slept += woken.awake_leaves() - std::min(matter.awake_leaves(), woken.awake_leaves());
+    matter.step(), woken.step();
+    ASSERT_EQ(matter.state_hash(), woken.state_hash()) << "after tick " << tick;
+  }
+  EXPECT_GT(slept, 1000u) << "leaves in ticks";
+  EXPECT_TRUE(matter.settled());
+  for (const LedgerRow& row : matter.ledger()) EXPECT_TRUE(row.exact()) << row.substance;
 }
 
 /// A voxel of the wells' world, seen under one of the eight symmetries that keep gravity.
