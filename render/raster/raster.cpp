@@ -127,12 +127,8 @@ class Raster : public RasterBackend {
     light_.follow(view, light, knobs.light_model);
     TRY(const uint64_t light_bytes, rasterizer_->light_grid().follow(rasterizer_->device(), light_));
     bytes += light_bytes;
-    if (knobs.sun_shadow == SunShadow::map)
-      TRY_STATUS(sun_map_.follow(view, rays_.stream(view.store(), world::MaskKind::opaque), knobs.sun_map_texel,
-                                 sky.environment.sun_direction));
-    else
-      sun_map_.clear();
-    TRY(const uint64_t map_bytes, rasterizer_->follow_sun_map(sun_map_));
+    TRY_STATUS(sun_maps_.follow(view, rays_, camera.position, knobs, sky.environment.sun_direction));
+    TRY(const uint64_t map_bytes, rasterizer_->follow_sun_maps(sun_maps_));
     bytes += map_bytes;
     raster::Lighting& lighting = rasterizer_->lighting();
     lighting.binding_limit = rasterizer_->binding_limit;
@@ -177,6 +173,7 @@ class Raster : public RasterBackend {
     return frame;
   }
 
+    if (knobs.sun_shadow == SunShadow::map) frame.report.work.push_back({"sun_map", sun_maps_.cast()});
   /// What the plane that mirrors most of the picture shows, where the knob asks for it and there is one.
   world::Result<std::optional<raster::MirrorPicture>> picture_in_mirror(const world::WorldView& view,
                                                                         const Camera& camera, const SkyView& sky,
@@ -365,7 +362,7 @@ class Raster : public RasterBackend {
   int surface_subscriber_ = 0;
   ExtractKnobs coarse_;
   SurfaceLight light_;
-  SunMap sun_map_;
+  SunMaps sun_maps_;
   std::shared_ptr<const world::SkyLight> sky_light_;
   TextureSet textures_;
   world::StoreRays rays_;      // for the sun's maps

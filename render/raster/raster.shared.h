@@ -34,7 +34,7 @@ SHARED_CONST uint kBindLightRegions = 14;  // ivec4[]  light on faces: hash tabl
 SHARED_CONST uint kBindLightLeafOf = 15;   // uint[]   4096 a region: 1 + place of the leaf's record; 0: no visible face
 SHARED_CONST uint kBindLightLeaves = 16;   // uint[]   kLightLeafWords a leaf, SurfaceLightLeaf
 SHARED_CONST uint kBindLightCodes = 17;    // uint[]   a visible face
-SHARED_CONST uint kBindSunMap = 18;        // float[]  depths of the sun's map, row by row
+SHARED_CONST uint kBindSunMap = 18;        // float[]  depths of the sun's map, row by row; or sun_cascades.shared.h
 SHARED_CONST uint kBindColour = 19;        // image    linear radiance: targets.colour
 SHARED_CONST uint kBindShapeQuads = 20;    // vec4 texels: kQuadVectors each, faces of shapes, see shading/shape.glsl.h
 SHARED_CONST uint kBindShapeLit =
@@ -106,6 +106,7 @@ SHARED_CONST uint kLightLeafWords = 128u, kLightBefore = 96u, kLightFirst = 120u
 SHARED_CONST uint kLightUnknown = 0xffffffffu;
 SHARED_CONST uint kLightNone = 0u, kLightLevels = 1u, kLightIrradiance = 2u;
 SHARED_CONST uint kShadedAll = 0u, kShadedSurfaces = 1u, kShadedSky = 2u;
+SHARED_CONST uint kSpecSunCascades = 42;      // int, sun_map_cascades
 SHARED_CONST uint kSunShadowSkyLight = 1u, kSunShadowMap = 2u, kSunShadowRay = 3u;
 
 /// One picture. Only members of 16 bytes, so that every layout rule places them alike.

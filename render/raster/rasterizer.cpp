@@ -239,16 +239,27 @@ void Rasterizer::read_back(Image& image) const {
   });
 }
 
-world::Result<uint64_t> Rasterizer::follow_sun_map(const SunMap& map) {
-  if (map.version() == sun_map_version_) return uint64_t{0};
-  const uint64_t bytes = map.depths().size() * sizeof(float);
+world::Result<uint64_t> Rasterizer::follow_sun_maps(const SunMaps& maps) {
+  if (maps.version() == sun_map_version_) return uint64_t{0};
+  const std::span<const float> words = maps.words();
+  uint64_t bytes = words.size_bytes();
   const uint64_t limit = std::min<uint64_t>(binding_limit, device_->limits().maxStorageBufferRange);
   if (bytes > limit)
     return world::usage_error("the sun's map is too large for this device (" + std::to_string(bytes >> 20) +
-                              " MiB, at most " + std::to_string(limit >> 20) + "); set a larger sun_map_texel");
-  TRY_STATUS(context().fill(sun_map_, map.depths().data(), bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
-  sun_map_frame_ = map.frame();
-  sun_map_version_ = map.version();
+                              " MiB, at most " + std::to_string(limit >> 20) +
+                              "); set a larger sun_map_texel, or fewer sun_cascade_texels");
+  if (!maps.changed().empty() && maps.version() == sun_map_version_ + 1 && sun_map_.size >= bytes) {
+    bytes = 0;
+    for (const SunCascades::Run& run : maps.changed()) {
+      const std::span<const float> part = words.subspan(run.first, run.count);
+      std::memcpy(sun_map_.mapped() + run.first * sizeof(float), part.data(), part.size_bytes());
+      bytes += part.size_bytes();
+    }
+  } else {
+    TRY_STATUS(context().fill(sun_map_, words.data(), bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
+  }
+  sun_map_frame_ = maps.frame();
+  sun_map_version_ = maps.version();
   return bytes;
 }
 

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "render/effects/device_chain.h"
-#include "render/light/sun_map.h"
+#include "render/light/sun_maps.h"
 #include "render/raster/light_grid.h"
 #include "render/textures/texture_set.h"
 #include "render/raster/pass.h"
@@ -42,8 +42,8 @@ class Rasterizer {
   ShadowGrid& shadow_grid() { return shadow_grid_; }
   LightGrid& light_grid() { return light_grid_; }
   SunHeights& sun_heights() { return sun_heights_; }
-  /// Sends the map where it has a new version. Returns the bytes sent.
-  world::Result<uint64_t> follow_sun_map(const SunMap& map);
+  /// Sends the sun's maps, or what of them is new, where they have a new version. Returns the bytes sent.
+  world::Result<uint64_t> follow_sun_maps(const SunMaps& maps);
   /// Luminaires, media and how blocks scatter, where the world calls for them. Followed before draw().
   Lighting& lighting() { return lighting_; }
   /// Triangles beside the faces: those of the world's meshes, and of its smooth surface.

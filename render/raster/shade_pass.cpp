@@ -48,6 +48,8 @@ std::vector<Constant> shading_constants(const Drawing& drawing) {
           {kSpecAnisotropy, drawing.textured ? static_cast<uint32_t>(std::max(knobs.texture_anisotropy, 1)) : 1},
           {kSpecNormalDetail, drawing.textured ? std::bit_cast<uint32_t>(knobs.normal_detail) : 0},
           {kSpecSunMapFilter, static_cast<uint32_t>(std::clamp(knobs.sun_map_filter, 1, 15))},
+          {kSpecSunCascades,
+           knobs.sun_shadow == SunShadow::map ? static_cast<uint32_t>(std::max(knobs.sun_map_cascades, 0)) : 0},
           {kSpecMeshes, !drawing.triangles.empty()},
           {kSpecTrianglesAlone, drawing.triangles_alone}};
 }

@@ -9,7 +9,7 @@
 
 #include "render/effects/samples.h"
 #include "render/shading.h"
-#include "render/light/sun_map.h"
+#include "render/light/sun_maps.h"
 #include "render/light/surface_light.h"
 #include "render/bsdf/bsdf.h"
 #include "render/textures/texture_set.h"
@@ -67,8 +67,9 @@ class Picture {
   Picture(const world::WorldView& view, const SkyView& sky, const RayStream& occupied,
           const world::ParallelRays& sun_rays, const MaskWalker& opaque, const world::StoreContours::Followed* contours,
           const world::BlockShapes* shapes, const SeeThroughKinds* kinds, const SurfaceLight& light,
-          const SunMap& sun_map, const TextureSet& textures, std::span<const shared::DrawnBox> boxes,
-          const Camera& camera, const RenderKnobs& knobs, int width, int height, Image& image)
+          const SunMaps& sun_maps, const TextureSet& textures,
+          std::span<const shared::DrawnBox> boxes, const Camera& camera, const RenderKnobs& knobs, int width,
+          int height, Image& image)
       : view_(view),
         sky_(sky),
         camera_(camera.position),
@@ -80,7 +81,7 @@ class Picture {
         opaque_(opaque),
         shading_(sky, view.palette()),
         light_(light),
-        sun_map_(sun_map),
+        sun_maps_(sun_maps),
         textures_(textures.empty() ? nullptr : &textures),
         boxes_(boxes),
         box_rectangles_(rectangles_of(boxes, camera, width, height)),
@@ -380,7 +381,7 @@ class Picture {
   float sun_map_at(const GridRay& ray, const GridHit& hit, const ProxyHit& on_shape) const {
     const world::GridRay to_sun = ray_to_sun(ray, hit, on_shape);
     const float cosine = static_cast<float>(std::abs(sky_.environment.sun_direction[world::face_axis(hit.face)]));
-    return sun_map_.lit({to_sun.voxel, to_sun.fraction}, cosine, std::clamp(knobs_.sun_map_filter, 1, 15));
+    return sun_maps_.lit({to_sun.voxel, to_sun.fraction}, cosine, std::clamp(knobs_.sun_map_filter, 1, 15));
   }
 
   /// What the texture multiplies the albedo by, and, through the normal that it tilts, the sun's light.
@@ -488,7 +489,7 @@ class Picture {
   const MaskWalker &occupied_, &opaque_;
   Shading shading_;
   const SurfaceLight& light_;
-  const SunMap& sun_map_;
+  const SunMaps& sun_maps_;
   const TextureSet* textures_;  // null: all blocks are even
   std::span<const shared::DrawnBox> boxes_;
   std::vector<PixelRectangle> box_rectangles_;
@@ -558,16 +559,14 @@ class RaycastBackend : public Backend {
     TRY_STATUS(check_light(light, knobs));
     TRY_STATUS(textures_.follow(view.palette(), knobs));
     light_.follow(view, light, knobs.light_model);
-    if (knobs.sun_shadow == SunShadow::map)
-      TRY_STATUS(sun_map_.follow(view, opaque, knobs.sun_map_texel, sky.environment.sun_direction));
-    else
-      sun_map_.clear();
+    TRY_STATUS(sun_maps_.follow(view, rays_, camera.position, knobs, sky.environment.sun_direction));
     Inhabitants bodies = inhabitants;
     bodies.particles = {};
     const DrawnInhabitants boxes = drawn_inhabitants(view, bodies, camera, knobs, width, height);
     const Picture picture(view, sky, occupied, sun_rays, opaque.walker(), contours,
-                          any_shape && !contours ? &shapes : nullptr, kinds ? &*kinds : nullptr, light_, sun_map_,
-                          textures_, boxes.boxes, camera, knobs, width, height, frame.image);
+                          any_shape && !contours ? &shapes : nullptr, kinds ? &*kinds : nullptr, light_, sun_maps_,
+                          textures_, boxes.boxes, camera, knobs, width, height,
+                          frame.image);
     const double prepare_ms = ms_since(start);
     Spent total;
     std::mutex adding;
@@ -583,7 +582,7 @@ class RaycastBackend : public Backend {
     // Threads' times, scaled to their share of the picture's.
     const double sum = total.primary_ms + total.shadow_ms + total.shade_ms;
     const double share = sum > 0 ? (report.ms - prepare_ms) / sum : 0;
-    report.passes = {{"prepare", prepare_ms, 0, rays_.bytes() + contours_.bytes() + light_.bytes() + sun_map_.bytes()},
+    report.passes = {{"prepare", prepare_ms, 0, rays_.bytes() + contours_.bytes() + light_.bytes() + sun_maps_.bytes()},
                      {"primary", total.primary_ms * share}};
     if (knobs.sun_shadow == SunShadow::ray) report.passes.push_back({"sun_shadow", total.shadow_ms * share});
     report.passes.push_back({"shade", total.shade_ms * share});
@@ -596,7 +595,7 @@ class RaycastBackend : public Backend {
   world::StoreRays rays_;
   world::StoreContours contours_;
   SurfaceLight light_;
-  SunMap sun_map_;
+  SunMaps sun_maps_;
   std::shared_ptr<const world::SkyLight> sky_light_;
   TextureSet textures_;
 };
@@ -606,3 +605,4 @@ class RaycastBackend : public Backend {
 world::Result<std::unique_ptr<Backend>> make_raycast_backend() { return std::unique_ptr<Backend>(new RaycastBackend); }
 
 }  // namespace render
+    if (knobs.sun_shadow == SunShadow::map) report.work.push_back({"sun_map", sun_maps_.cast()});

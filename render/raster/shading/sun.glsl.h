@@ -1,11 +1,8 @@
 // How much of the sun arrives at a point of a face.
 #ifndef LOAM_RENDER_RASTER_SHADING_SUN_GLSL_H
 #define LOAM_RENDER_RASTER_SHADING_SUN_GLSL_H
-#include "render/light/sun_map.shared.h"
 #include "render/raster/shading/grid.glsl.h"
-
-layout(constant_id = kSpecSunMapFilter) const int kSunMapFilter = 1;
-layout(binding = kBindSunMap, std430) readonly buffer SunMap { float sun_map[]; };
+#include "render/raster/shading/sun_cascades.glsl.h"
 
 /// SunMap::lit_at()
 float sun_map_lit_at(const SunMapFrame frame, const vec2 at, const float reach) {
@@ -14,10 +11,11 @@ float sun_map_lit_at(const SunMapFrame frame, const vec2 at, const float reach) 
   return sun_map_lit(vec4(sun_map[first], sun_map[first + 1u], sun_map[next], sun_map[next + 1u]), fract(at), reach);
 }
 
-/// SunMap::lit()
+/// SunMaps::lit()
 float sun_map_at(const ivec3 voxel, const vec3 fraction, const uint axis) {
   const SunMapFrame frame = SunMapFrame(picture.map_u, picture.map_v, picture.map_w, picture.map_low, picture.map_size);
   const vec3 place = sun_map_place(frame, vec3(voxel - frame.low.xyz) + fraction);
+  if (kSunCascades > 0) return sun_cascades_lit(place, abs(picture.sun[axis]));
   const float reach = place.z - sun_map_filtered_bias(frame.w.w, abs(picture.sun[axis]), kSunMapFilter);
   float sum = 0.0;
   for (int j = 0; j < kSunMapFilter; ++j)

@@ -161,7 +161,7 @@ const Idle kIdles[] = {
     {"sun_map",
      "the finest map of the sun, whose shadow is cast by rays",
      {"raster", "raycast"},
-     {"sun_map_texel=0.25", "sun_map_filter=5"}},
+     {"sun_map_texel=0.25", "sun_map_filter=5", "sun_map_cascades=8", "sun_cascade_texels=4096"}},
     {"flux",
      "flux at its finest, in a world lit by the sky alone",
      {"raster", "raycast"},

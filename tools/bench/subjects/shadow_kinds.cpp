@@ -1,7 +1,8 @@
 /// What shadows cost, and what is wrong without them, or with a point in place of a lamp of some size.
 ///
 /// sun   128 m of the valley under the sun alone: none, where the sky's level is below 15, by a map of 1 to 8 texels a
-///       metre, or one ray a point, right to 2e-5
+///       metre, by four maps around the eye, or one ray a point, right to 2e-5
+/// sun, near   512 m of it from the gate of a cabin, by the same maps: what lies near takes most of the picture
 /// lamp  a square lamp 4 m wide, 12 m above a floor with pillars: an omni of its radiant intensity along its axis,
 ///       without shadows and with them; the lamp itself with 1 to 64 samples a point
 /// One point for each of 48 x 32 pixels; light scatters once. The reference is path tracing, which samples the lamp by
@@ -29,10 +30,15 @@ constexpr float kLampRadiance = 100;
 
 void darken(world::Environment& e) { e.sky_zenith = e.sky_horizon = e.sky_ground = {}; }
 
-Result<Lines> sunlit_valley() {
+Result<Lines> sunlit_valley(bool near) {
   TRY(world::Scene scene, world::load_scene("valley"));
-  scene.box = {{128, 0, -256}, {255, 255, -129}};
-  scene.cameras.clear();  // the whole crop, from the south-east
+  if (near) {
+    scene.box = {{-128, 0, -256}, {383, 255, 255}};
+    std::erase_if(scene.cameras, [](const world::CameraPlacement& c) { return c.name != "ground"; });
+  } else {
+    scene.box = {{128, 0, -256}, {255, 255, -129}};
+    scene.cameras.clear();  // the whole crop, from the south-east
+  }
   darken(scene.environment);
   return SightLines::make(scene, kWidth, kHeight);
 }
@@ -94,36 +100,52 @@ void add_subject_shadow_kinds(Registry& registry) {
       };
       settings.push_back(std::move(s));
     };
-    TRY(const Lines valley, sunlit_valley());
     RenderKnobs knobs;
-    knobs.sun_shadow = SunShadow::none;
-    add("sun without shadow", "sun", 0, false, valley, valley, knobs);
-    knobs.sun_shadow = SunShadow::ray;
-    add("sun with a ray", "sun", 1, true, valley, valley, knobs);
-    // By what backends draw.
-    const auto add_drawn = [&](const std::string& method, int knob, const RenderKnobs& drawn) {
-      Setting s{.method = method, .setting = fmt::format("{}@{}", method, knob), .problem = "sun"};
-      s.knob = knob;
-      s.measure = [=, &context](uint64_t) {
-        const auto truth = context.shared<LineHalves>("shadow_kinds sun", [&] {
-          return std::make_shared<LineHalves>(line_halves(*valley, RenderKnobs{}, 1, samples, context.seed()));
-        });
-        const auto seen = valley->raycast(drawn);
-        return ErrorSample{{relative_rms(seen, *truth)}, relative_bias(seen, *truth)};
+    for (const bool near : {false, true}) {
+      const std::string problem = near ? "sun, near" : "sun";
+      TRY(const Lines valley, sunlit_valley(near));
+      knobs.sun_shadow = SunShadow::none;
+      add("sun without shadow", problem, 0, false, valley, valley, knobs);
+      knobs.sun_shadow = SunShadow::ray;
+      add("sun with a ray", problem, 1, true, valley, valley, knobs);
+      // By what backends draw.
+      const auto add_drawn = [&](const std::string& method, int knob, const RenderKnobs& drawn) {
+        Setting s{.method = method, .setting = fmt::format("{}@{}", method, knob), .problem = problem};
+        s.knob = knob;
+        s.measure = [=, &context](uint64_t) {
+          const auto truth = context.shared<LineHalves>("shadow_kinds " + problem, [&] {
+            return std::make_shared<LineHalves>(line_halves(*valley, RenderKnobs{}, 1, samples, context.seed()));
+          });
+          const auto seen = valley->raycast(drawn);
+          return ErrorSample{{relative_rms(seen, *truth)}, relative_bias(seen, *truth)};
+        };
+        s.run = [=] {
+          keep(valley->raycast(drawn));
+          return static_cast<double>(valley->size());
+        };
+        settings.push_back(std::move(s));
       };
-      s.run = [=] {
-        keep(valley->raycast(drawn));
-        return static_cast<double>(valley->size());
-      };
-      settings.push_back(std::move(s));
-    };
-    RenderKnobs drawn;
-    drawn.light_model = render::LightModel::flood4, drawn.sun_shadow = SunShadow::sky_light;
-    add_drawn("sun by the sky's level", 0, drawn);
-    drawn.light_model = render::LightModel::none, drawn.sun_shadow = SunShadow::map;
-    for (const int texels_a_metre : {1, 2, 4, 8}) {
-      drawn.sun_map_texel = 1.0f / static_cast<float>(texels_a_metre);
-      add_drawn("sun by a map", texels_a_metre, drawn);
+      RenderKnobs drawn;
+      if (!near) {
+        drawn.light_model = render::LightModel::flood4, drawn.sun_shadow = SunShadow::sky_light;
+        add_drawn("sun by the sky's level", 0, drawn);
+        drawn.light_model = render::LightModel::none;
+      }
+      drawn.sun_shadow = SunShadow::map;
+      for (const int texels_a_metre : {1, 2, 4, 8}) {
+        if (near && texels_a_metre > 4) continue;  // more than there may be
+        drawn.sun_map_texel = 1.0f / static_cast<float>(texels_a_metre);
+        add_drawn("sun by a map", texels_a_metre, drawn);
+      }
+      drawn.sun_map_cascades = 4;
+      for (const int texels : {256, 512, 1024, 2048}) {
+        drawn.sun_cascade_texels = texels;
+        add_drawn("sun by 4 cascades", texels, drawn);
+      }
+      drawn.sun_cascade_texels = 512, drawn.sun_map_split = 0;
+      add_drawn("sun by 4 even cascades", 512, drawn);
+      drawn.sun_map_split = 1;
+      add_drawn("sun by 4 cascades of equal ratio", 512, drawn);
     }
 
     TRY(const Lines right, pillars_under(Lamp::rectangle));
