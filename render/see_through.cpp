@@ -55,6 +55,22 @@ bool SeeThroughKinds::calls_for_matte(const world::Census& census) const {
   });
 }
 
+std::vector<uint8_t> hiding_cubes(const world::BlockPalette& palette, const SeeThroughKinds& kinds,
+                                  const world::BlockShapes* drawn) {
+  std::vector<uint8_t> hides(palette.size());
+  for (size_t i = 0; i < hides.size(); ++i) {
+    const auto id = static_cast<world::BlockId>(i);
+    hides[i] = id != world::kAir && !palette[id].opaque && !kinds.contains(id) && !(drawn && drawn->shape[id]);
+  }
+  return hides;
+}
+
+bool holds_not_opaque(const world::WorldView& view) {
+  for (const auto& [id, count] : view.store().census())
+    if (id != world::kAir && !view.palette()[id].opaque) return true;
+  return false;
+}
+
 bool calls_for_mirrors(const world::WorldView& view) {
   const world::Census census = view.store().census();
   return std::any_of(census.begin(), census.end(),

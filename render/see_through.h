@@ -7,6 +7,7 @@
 
 #include "render/see_through.shared.h"
 #include "world/blocks/block.h"
+#include "world/proxies/proxy.h"
 #include "world/world.h"
 
 namespace render {
@@ -39,6 +40,13 @@ class SeeThroughKinds {
   std::vector<uint8_t> flags_;
   std::vector<shared::SeeThroughBlock> blocks_;
 };
+
+/// By block: 1 where it is neither opaque, nor see-through, nor a shape that is drawn, but hides light: a cube that is
+/// in no mask of opaque ones.
+std::vector<uint8_t> hiding_cubes(const world::BlockPalette& palette, const SeeThroughKinds& kinds,
+                                  const world::BlockShapes* drawn);
+/// Whether the world holds anything but air that isn't opaque.
+bool holds_not_opaque(const world::WorldView& view);
 
 /// Whether its faces mirror the world, where the knob `reflection` says more than none.
 inline bool is_mirror(const world::Block& block) { return block.bsdf == "mirror" && block.proxy.empty(); }

@@ -163,6 +163,7 @@ void ShapeExtractor::sort_chunks() {
 
 Status ShapeExtractor::rebuild(const WorldView& view, ProxyShapes kind) {
   kind_ = kind;
+  ++rebuilds_;
   chunks_.clear(), quads_.clear(), kinds_.clear();
   occupied_ = {}, opaque_ = {};
   TRY(shapes_, block_shapes(view.palette()));

@@ -60,6 +60,14 @@ class ShapeExtractor {
   const std::vector<const ShapeChunk*>& chunks() const { return sorted_; }
   const std::vector<ShapeQuad>& quads() const { return quads_; }
   uint64_t instances() const { return instances_; }
+  /// Of a block with these joins; UINT32_MAX: no voxel has had it.
+  uint32_t first_quad(world::BlockId block, uint8_t joins) const {
+    const auto found = kinds_.find({block, joins});
+    return found == kinds_.end() ? UINT32_MAX : found->second.first;
+  }
+  /// The shapes of blocks, and how often all numbers of quads have changed.
+  const world::BlockShapes& shapes() const { return shapes_; }
+  uint64_t rebuilds() const { return rebuilds_; }
 
   /// The masks without shapes. The view's own where there are none.
   const world::MaskVolume& cubes_occupied(const world::WorldView& view) const {
@@ -96,7 +104,7 @@ class ShapeExtractor {
   std::vector<const ShapeChunk*> sorted_;
   std::vector<ShapeQuad> quads_;
   std::map<std::pair<world::BlockId, uint8_t>, Kind> kinds_;
-  uint64_t next_version_ = 1, instances_ = 0;
+  uint64_t next_version_ = 1, instances_ = 0, rebuilds_ = 0;
 };
 
 }  // namespace render

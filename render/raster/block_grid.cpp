@@ -29,10 +29,34 @@ LeafPos leaf_of_region(RegionPos pos, int index) {
   return {first.x + (index >> 8), first.y + (index >> 4 & 15), first.z + (index & 15)};
 }
 
+int group_in_region(LeafPos leaf) { return (leaf.x >> 2 & 3) * 16 + (leaf.y >> 2 & 3) * 4 + (leaf.z >> 2 & 3); }
+
 uint32_t uniform_word(BlockId block) { return kBlockUniform | block; }
 
-void copy_ids(const LeafBlocks& blocks, uint32_t* out) {
-  std::memcpy(out, blocks.values, kLeafVoxels * sizeof(BlockId));
+/// Of one code all through, or a code for each voxel.
+struct CodedLeaf {
+  uint16_t uniform = 0;
+  bool mixed = false;
+  BlockGrid::LeafCodes codes;
+};
+
+CodedLeaf coded(StoreReader& reader, LeafPos leaf, const BlockGrid::CodeLeaf& code) {
+  const LeafBlocks blocks = reader.leaf(leaf);
+  CodedLeaf out;
+  if (!code) {
+    if (!blocks.values) {
+      out.uniform = blocks.uniform;
+      return out;
+    }
+    std::memcpy(out.codes.data(), blocks.values, sizeof out.codes);
+    out.mixed = true;
+    return out;
+  }
+  if (!blocks.values && blocks.uniform == kAir) return out;
+  code(reader, leaf, blocks, out.codes);
+  out.uniform = out.codes[0];
+  out.mixed = std::any_of(out.codes.begin(), out.codes.end(), [&](uint16_t c) { return c != out.uniform; });
+  return out;
 }
 
 world::Error too_large(uint64_t bytes, uint64_t limit) {
@@ -44,8 +68,8 @@ world::Error too_large(uint64_t bytes, uint64_t limit) {
 }  // namespace
 
 Result<uint64_t> BlockGrid::follow(gpu::Device& device, const WorldView& view, std::span<const LeafPos> dirty,
-                                   bool whole) {
-  if (whole || empty()) return rebuild(device, view);
+                                   bool whole, const CodeLeaf& code) {
+  if (whole || empty()) return rebuild(device, view, code);
   if (dirty.empty()) return uint64_t{0};
   // A changed leaf may open its neighbours to rays. Words of leaves, and ids of those that are mixed.
   std::vector<LeafPos> leaves;
@@ -65,13 +89,13 @@ Result<uint64_t> BlockGrid::follow(gpu::Device& device, const WorldView& view, s
     uint32_t value;
   };
   std::vector<Word> words;
-  std::vector<std::pair<uint32_t, LeafBlocks>> ids;
+  std::vector<std::pair<uint32_t, LeafCodes>> ids;
   for (const LeafPos l : leaves) {
     const RegionPos pos = region_from_leaf(l);
     const auto place = places_.find(pos);
-    const LeafBlocks blocks = reader.leaf(l);
+    const CodedLeaf blocks = coded(reader, l, code);
     if (place == places_.end()) {
-      if (blocks.values || blocks.uniform != kAir) return rebuild(device, view);
+      if (blocks.mixed || blocks.uniform != 0) return rebuild(device, view, code);
       continue;
     }
     const uint64_t first = uint64_t{place->second} * kLeafWords;
@@ -79,17 +103,17 @@ Result<uint64_t> BlockGrid::follow(gpu::Device& device, const WorldView& view, s
     uint64_t groups = region ? region->any_groups : 0;
     for (uint32_t w = 0; w < 2; ++w) words.push_back({first + w, static_cast<uint32_t>(groups >> (32 * w))});
     const uint64_t at = first + 2 + static_cast<uint64_t>(index_in_region(l));
-    if (!blocks.values || is_hidden(opaque, opaque.region(pos), l)) {
-      words.push_back({at, uniform_word(blocks[0])});
+    if (!blocks.mixed || is_hidden(opaque, opaque.region(pos), l)) {
+      words.push_back({at, uniform_word(blocks.mixed ? blocks.codes[0] : blocks.uniform)});
       continue;
     }
     auto mixed = mixed_.find(l);
     if (mixed == mixed_.end()) {
-      if (used_ == room_) return rebuild(device, view);
+      if (used_ == room_) return rebuild(device, view, code);
       mixed = mixed_.emplace(l, used_++).first;
     }
     words.push_back({at, mixed->second});
-    ids.emplace_back(mixed->second, blocks);
+    ids.emplace_back(mixed->second, blocks.codes);
   }
   const uint64_t word_bytes = words.size() * 4, id_bytes = ids.size() * kIdWords * 4;
   TRY(const gpu::Buffer staging,
@@ -104,7 +128,7 @@ Result<uint64_t> BlockGrid::follow(gpu::Device& device, const WorldView& view, s
   }
   for (size_t i = 0; i < ids.size(); ++i) {
     const uint64_t from = word_bytes + i * kIdWords * 4;
-    copy_ids(ids[i].second, reinterpret_cast<uint32_t*>(staging.mapped() + from));
+    std::memcpy(staging.mapped() + from, ids[i].second.data(), sizeof ids[i].second);
     id_copies.push_back({from, uint64_t{ids[i].first} * kIdWords * 4, kIdWords * 4});
   }
   TRY_STATUS(device.run([&](VkCommandBuffer commands) {
@@ -116,7 +140,7 @@ Result<uint64_t> BlockGrid::follow(gpu::Device& device, const WorldView& view, s
   return word_bytes + id_bytes;
 }
 
-Result<uint64_t> BlockGrid::rebuild(gpu::Device& device, const WorldView& view) {
+Result<uint64_t> BlockGrid::rebuild(gpu::Device& device, const WorldView& view, const CodeLeaf& code) {
   const MaskVolume &occupied = view.masks(MaskKind::occupied), &opaque = view.masks(MaskKind::opaque);
   const std::vector<const MaskRegion*> regions = occupied.regions();
   places_.clear();
@@ -134,22 +158,25 @@ Result<uint64_t> BlockGrid::rebuild(gpu::Device& device, const WorldView& view) 
     while (table[slot].w) slot = (slot + 1) & (table_size_ - 1);
     table[slot] = ivec4(region.pos.x, region.pos.y, region.pos.z, static_cast<int>(r) + 1);
     uint32_t* const words = leaves.data() + uint64_t{r} * kLeafWords;
-    words[0] = static_cast<uint32_t>(region.any_groups), words[1] = static_cast<uint32_t>(region.any_groups >> 32);
+    uint64_t held = 0;  // groups
     const MaskRegion* const solid = opaque.region(region.pos);
     for (int i = 0; i < kLeavesPerRegion; ++i) {
       const LeafPos leaf = leaf_of_region(region.pos, i);
       uint32_t& word = words[2 + i];
       word = uniform_word(kAir);
       if (!region.leaf_any(leaf)) continue;
-      const LeafBlocks blocks = reader.leaf(leaf);
-      if (!blocks.values || is_hidden(opaque, solid, leaf)) {
-        word = uniform_word(blocks[0]);
+      const CodedLeaf blocks = coded(reader, leaf, code);
+      if (!blocks.mixed || is_hidden(opaque, solid, leaf)) {
+        word = uniform_word(blocks.mixed ? blocks.codes[0] : blocks.uniform);
+        held |= uint64_t{word != uniform_word(0)} << group_in_region(leaf);
         continue;
       }
+      held |= uint64_t{1} << group_in_region(leaf);
       word = static_cast<uint32_t>(mixed.size());
       mixed_.emplace(leaf, word);
       mixed.push_back(leaf);
     }
+    words[0] = static_cast<uint32_t>(held), words[1] = static_cast<uint32_t>(held >> 32);
   }
   used_ = static_cast<uint32_t>(mixed.size());
   room_ = used_ + used_ / 8 + 64;
@@ -166,7 +193,7 @@ Result<uint64_t> BlockGrid::rebuild(gpu::Device& device, const WorldView& view) 
   std::memcpy(staging.mapped(), table.data(), table_bytes);
   if (leaf_bytes) std::memcpy(staging.mapped() + leaves_at, leaves.data(), leaf_bytes);
   for (size_t i = 0; i < mixed.size(); ++i)
-    copy_ids(reader.leaf(mixed[i]), reinterpret_cast<uint32_t*>(staging.mapped() + ids_at + i * kIdWords * 4));
+    std::memcpy(staging.mapped() + ids_at + i * kIdWords * 4, coded(reader, mixed[i], code).codes.data(), kIdWords * 4);
   TRY_STATUS(device.run([&](VkCommandBuffer commands) {
     const VkBufferCopy copies[] = {
         {0, 0, table_bytes}, {leaves_at, 0, leaf_bytes}, {ids_at, 0, mixed.size() * kIdWords * 4}};

@@ -9,6 +9,8 @@
 /// A leaf that opaque ones surround counts as one of its first voxel's block: no ray gets there.
 #pragma once
 
+#include <array>
+#include <functional>
 #include <span>
 #include <unordered_map>
 #include <vector>
@@ -25,8 +27,11 @@ class BlockGrid {
 
   /// Brings the device up to date: `dirty` since the last call, of the same world; `whole` sends all of it. Returns the
   /// bytes sent. Fails where a buffer of the device can't hold the world.
+  /// `code`: what is kept of a leaf in place of its blocks' ids; null: these.
+  using LeafCodes = std::array<uint16_t, world::kLeafVoxels>;
+  using CodeLeaf = std::function<void(world::StoreReader&, world::LeafPos, const world::LeafBlocks&, LeafCodes&)>;
   world::Result<uint64_t> follow(gpu::Device& device, const world::WorldView& view,
-                                 std::span<const world::LeafPos> dirty, bool whole);
+                                 std::span<const world::LeafPos> dirty, bool whole, const CodeLeaf& code = {});
   void clear() { *this = {}; }
 
   const gpu::Buffer& regions() const { return regions_; }
@@ -38,7 +43,7 @@ class BlockGrid {
   bool empty() const { return !regions_.handle; }
 
  private:
-  world::Result<uint64_t> rebuild(gpu::Device& device, const world::WorldView& view);
+  world::Result<uint64_t> rebuild(gpu::Device& device, const world::WorldView& view, const CodeLeaf& code);
 
   gpu::Buffer regions_, leaves_, ids_;
   std::unordered_map<world::RegionPos, uint32_t, world::PosHash> places_;

@@ -71,6 +71,7 @@ struct Drawing {
   bool counts_sun_rays;                     // see Rasterizer::counts_sun_rays
   const MirrorPlane* behind = nullptr;      // the picture is taken from behind this plane, for the one seen in it
   const MirrorPicture* mirrored = nullptr;  // what that showed
+  bool sun_blockers = false;                // what isn't opaque takes its part of the sun's light
 };
 
 /// For every pipeline that includes render/raster/shading/surface.glsl.h or sky.glsl.h: what shading is compiled for.

@@ -153,6 +153,13 @@ class Raster : public RasterBackend {
     } else {
       TRY_STATUS(rasterizer_->sun_heights().clear(rasterizer_->device()));
     }
+    raster::SunBlockers& blockers = rasterizer_->sun_blockers();
+    if (smooth) {
+      blockers.clear();
+    } else {
+      TRY(const uint64_t more, blockers.follow(rasterizer_->device(), view, shapes_, dirty, knobs));
+      bytes += more;
+    }
     const double upload_ms = ms_since(upload_start);
     const Shading shading(sky, view.palette());
     rasterizer_->seed = sampling.seed;
@@ -166,6 +173,8 @@ class Raster : public RasterBackend {
     TRY(Frame frame, std::move(drawn));
     frame.report.passes.insert(frame.report.passes.begin(),
                                {{"extract", extract_ms, 0, 0}, {"upload", upload_ms, 0, bytes}});
+    if (knobs.sun_shadow == SunShadow::map) frame.report.work.push_back({"sun_map", sun_maps_.cast()});
+    if (blockers.any()) frame.report.work.push_back({"tinted_shadows", blockers.bytes()});
     frame.report.warnings = rasterizer_->device().warnings();
     for (const std::string& dropped : rasterizer_->triangles().dropped()) frame.report.warnings.push_back(dropped);
     if (!rasterizer_->warning().empty()) frame.report.warnings.push_back(rasterizer_->warning());
@@ -173,7 +182,6 @@ class Raster : public RasterBackend {
     return frame;
   }
 
-    if (knobs.sun_shadow == SunShadow::map) frame.report.work.push_back({"sun_map", sun_maps_.cast()});
   /// What the plane that mirrors most of the picture shows, where the knob asks for it and there is one.
   world::Result<std::optional<raster::MirrorPicture>> picture_in_mirror(const world::WorldView& view,
                                                                         const Camera& camera, const SkyView& sky,

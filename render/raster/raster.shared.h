@@ -58,6 +58,13 @@ SHARED_CONST uint kBindLighting = 32;        // uint[]   luminaires, media, bloc
 SHARED_CONST uint kBindSeenLuminaires = 33;  // uint[]   by tile of the picture: offset and length, then the lists
 SHARED_CONST uint kBindTextureBlocks = 34;   // uvec2 texels: by block: where its tiles begin (0: even), its contrast
 SHARED_CONST uint kBindTexels = 35;          // float texels: render/textures/texture.shared.h
+SHARED_CONST uint kBindBlockerRegions = 36;  // ivec4[]  of what isn't opaque and stands in the sun's way: hash table
+SHARED_CONST uint kBindBlockerLeaves = 37;   // uint[]   as kBindBlockLeaves
+SHARED_CONST uint kBindBlockerCodes = 38;    // uint[]   as kBindBlockIds: kind of see-through block, or kBlockerShape
+SHARED_CONST uint kBindBlockerKinds = 39;    // ivec4 low region, w: slots less 1; high region; SeeThroughBlock[]
+
+SHARED_CONST uint kBlockerShape = 0x8000u;  // | number of its first quad
+SHARED_CONST uint kBlockerCube = 0x7fffu;   // hides all
 
 SHARED_CONST uint kTilePixels = 8;  // a tile of the occlusion test is 8 x 8 pixels
 
@@ -99,6 +106,8 @@ SHARED_CONST uint kSpecTextures = 38;         // kTexture...
 SHARED_CONST uint kSpecAnisotropy = 39;       // texture_anisotropy
 SHARED_CONST uint kSpecNormalDetail = 40;     // float, normal_detail
 SHARED_CONST uint kSpecSunMapFilter = 41;     // int, sun_map_filter
+SHARED_CONST uint kSpecSunCascades = 42;      // int, sun_map_cascades
+SHARED_CONST uint kSpecSunBlockers = 43;      // bool: what isn't opaque takes its part of the sun's light
 
 /// A record of SurfaceLightLeaf in words: 16 a direction of faces, 4 a direction of counts before slices, the first
 /// code.
@@ -106,7 +115,6 @@ SHARED_CONST uint kLightLeafWords = 128u, kLightBefore = 96u, kLightFirst = 120u
 SHARED_CONST uint kLightUnknown = 0xffffffffu;
 SHARED_CONST uint kLightNone = 0u, kLightLevels = 1u, kLightIrradiance = 2u;
 SHARED_CONST uint kShadedAll = 0u, kShadedSurfaces = 1u, kShadedSky = 2u;
-SHARED_CONST uint kSpecSunCascades = 42;      // int, sun_map_cascades
 SHARED_CONST uint kSunShadowSkyLight = 1u, kSunShadowMap = 2u, kSunShadowRay = 3u;
 
 /// One picture. Only members of 16 bytes, so that every layout rule places them alike.

@@ -170,6 +170,7 @@ world::Status Rasterizer::bind_shared(const Drawing& drawing) {
   bindings_.bind(kBindLightCodes, light_grid_.codes());
   bindings_.bind(kBindSunHeights, sun_heights_.cells());
   bindings_.bind(kBindSunMap, sun_map_);
+  sun_blockers_.bind(bindings_);
   // Where there is none, an empty one is bound.
   const auto bind_if_made = [&](uint32_t binding, const gpu::Buffer& buffer) {
     buffer.handle ? bindings_.bind(binding, buffer) : bindings_.forget(binding);
@@ -294,11 +295,32 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
   std::vector<FacePool*> levels;
   for (const auto& level : levels_) levels.push_back(level.get());
   TRY_STATUS(lighting_.see(*device_, camera, width, height));
-  const Drawing drawing{
-      view,    levels,          shape_pool_,        shape_points_,  quads_,  triangles_,      camera,          rays,
-      sky,     sky.environment, lighting_,          textured_,      shading, knobs,           light,           near,
-      width,   height,          finish.inhabitants, impostor_bytes, bare,    triangles_alone, counts_sun_rays, behind,
-      mirrored};
+  const Drawing drawing{view,
+                        levels,
+                        shape_pool_,
+                        shape_points_,
+                        quads_,
+                        triangles_,
+                        camera,
+                        rays,
+                        sky,
+                        sky.environment,
+                        lighting_,
+                        textured_,
+                        shading,
+                        knobs,
+                        light,
+                        near,
+                        width,
+                        height,
+                        finish.inhabitants,
+                        impostor_bytes,
+                        bare,
+                        triangles_alone,
+                        counts_sun_rays,
+                        behind,
+                        mirrored,
+                        sun_blockers_.any()};
   Frame frame;
   FrameReport& report = frame.report;
 

@@ -10,6 +10,7 @@
 #include "render/textures/texture_set.h"
 #include "render/raster/pass.h"
 #include "render/raster/shadow_grid.h"
+#include "render/raster/sun_blockers.h"
 #include "render/raster/sun_heights.h"
 
 namespace render::raster {
@@ -42,6 +43,7 @@ class Rasterizer {
   ShadowGrid& shadow_grid() { return shadow_grid_; }
   LightGrid& light_grid() { return light_grid_; }
   SunHeights& sun_heights() { return sun_heights_; }
+  SunBlockers& sun_blockers() { return sun_blockers_; }
   /// Sends the sun's maps, or what of them is new, where they have a new version. Returns the bytes sent.
   world::Result<uint64_t> follow_sun_maps(const SunMaps& maps);
   /// Luminaires, media and how blocks scatter, where the world calls for them. Followed before draw().
@@ -98,6 +100,7 @@ class Rasterizer {
   ShadowGrid shadow_grid_;
   LightGrid light_grid_;
   SunHeights sun_heights_;
+  SunBlockers sun_blockers_;
   Lighting lighting_;
   DrawnTriangles triangles_;
   gpu::Buffer sky_table_;  // for their light

@@ -50,6 +50,7 @@ std::vector<Constant> shading_constants(const Drawing& drawing) {
           {kSpecSunMapFilter, static_cast<uint32_t>(std::clamp(knobs.sun_map_filter, 1, 15))},
           {kSpecSunCascades,
            knobs.sun_shadow == SunShadow::map ? static_cast<uint32_t>(std::max(knobs.sun_map_cascades, 0)) : 0},
+          {kSpecSunBlockers, drawing.sun_blockers},
           {kSpecMeshes, !drawing.triangles.empty()},
           {kSpecTrianglesAlone, drawing.triangles_alone}};
 }

@@ -14,6 +14,7 @@
 #include "render/bsdf/bsdf.h"
 #include "render/textures/texture_set.h"
 #include "render/inhabitants.h"
+#include "render/raycast/light_through.h"
 #include "render/raycast/straight_walk.h"
 #include "render/trace/layers.h"
 #include "render/trace/picture.h"
@@ -55,9 +56,10 @@ double ms_since(Clock::time_point start) {
 /// What a thread spent and cast.
 struct Spent {
   double primary_ms = 0, shadow_ms = 0, shade_ms = 0;
-  uint64_t shadow_rays = 0;
+  uint64_t shadow_rays = 0, light_walks = 0;
   void add(const Spent& o) {
     primary_ms += o.primary_ms, shadow_ms += o.shadow_ms, shade_ms += o.shade_ms, shadow_rays += o.shadow_rays;
+    light_walks += o.light_walks;
   }
 };
 
@@ -67,7 +69,7 @@ class Picture {
   Picture(const world::WorldView& view, const SkyView& sky, const RayStream& occupied,
           const world::ParallelRays& sun_rays, const MaskWalker& opaque, const world::StoreContours::Followed* contours,
           const world::BlockShapes* shapes, const SeeThroughKinds* kinds, const SurfaceLight& light,
-          const SunMaps& sun_maps, const TextureSet& textures,
+          const SunMaps& sun_maps, const LightBlockers* blockers, const TextureSet& textures,
           std::span<const shared::DrawnBox> boxes, const Camera& camera, const RenderKnobs& knobs, int width,
           int height, Image& image)
       : view_(view),
@@ -89,6 +91,7 @@ class Picture {
         lit_by_cells_(light.kind() != SurfaceLight::Kind::none || knobs.corner_occlusion),
         contours_(contours),
         shapes_(shapes),
+        blockers_(blockers),
         kinds_(kinds),
         in_bounds_(occupied_.in_bounds(camera.position.voxel)),
         // In a contour's voxel the eye is in front of the surface.
@@ -96,6 +99,11 @@ class Picture {
                                contours->contours.plane(camera.position.voxel) == world::kNoContour
                          : occupied_.volume().test(camera.position.voxel)),
         image_(image) {}
+
+  /// Whether what isn't opaque takes its part of the sun's light.
+  static bool tints(const RenderKnobs& knobs) {
+    return knobs.tinted_shadows && (knobs.sun_shadow == SunShadow::ray || knobs.sun_shadow == SunShadow::map);
+  }
 
   /// Renders rows of tiles; threads write disjoint pixels.
   Spent render_tile_rows(size_t begin, size_t end) const {
@@ -135,6 +143,7 @@ class Picture {
     ProxyHit on_shape[kMost];  // where there are shapes; part kNoPart: not on one
     bool sunlit[kMost];
     float sun[kMost];  // the part of its light that arrives on faces
+    Rgb tint[kMost];   // where there are blockers: of that, by what it came through
     LeafCache blocks(reader);
     thread_local Layers layers;
     layers.clear();
@@ -175,6 +184,8 @@ class Picture {
       for (int i = 0; i < count; ++i)
         if (hits[i].hit() && (on_shape[i].part != kNoPart || shading_.sun_faces[hits[i].face]))
           sun[i] = sun_map_at(rays[i], hits[i], on_shape[i]);
+    if (blockers_)
+      for (int i = 0; i < count; ++i) tint[i] = tint_at(rays[i], hits[i], on_shape[i], sun[i], blocks, spent);
     spent.shadow_ms += ms_since(start);
 
     start = Clock::now();
@@ -186,16 +197,17 @@ class Picture {
       else if (!hits[i].hit())
         pixel = sky_.seen(direction / glm::length(direction));
       else if (on_shape[i].part != kNoPart)
-        pixel = shape_radiance(hits[i], on_shape[i], direction, blocks.get(hits[i].voxel), sun[i]);
+        pixel = shape_radiance(hits[i], on_shape[i], direction, blocks.get(hits[i].voxel),
+                               blockers_ ? tint[i] * sun[i] : Rgb{sun[i], sun[i], sun[i]});
       else if (contours_ && normals[i] != Vec3d(0.0))
         pixel = normal_radiance(shading_, sky_, blocks.get(contours_->walker.matter_voxel(hits[i].voxel, normals[i])),
                                 normals[i], sunlit[i]);
       else {
         const BlockId block = blocks.get(hits[i].voxel);
         const Textured texture = textures_ ? texture_at(rays[i], hits[i], block) : Textured{};
-        pixel = shading_.face_radiance(block, hits[i].face, sun[i] * texture.sun,
-                                       lit_by_cells_ ? light_at(rays[i], hits[i]) : shading_.sky_lit[hits[i].face],
-                                       texture.albedo);
+        pixel =
+            face_radiance(block, hits[i].face, sun[i] * texture.sun, blockers_ ? &tint[i] : nullptr,
+                          lit_by_cells_ ? light_at(rays[i], hits[i]) : shading_.sky_lit[hits[i].face], texture.albedo);
       }
     }
     for (Layers::OfPixel p : layers.of_pixels) {
@@ -206,7 +218,8 @@ class Picture {
         end = {WalkEnd::hit, {}, world::kNoFace, on_box[i].t};
         while (p.end > p.begin && layers.all[p.end - 1].at.t >= end.t) p.last = layers.all[--p.end].near;
       }
-      add_layers(rays[i], end, pixel_x[i], pixel_y[i], p, {layers.all.data() + p.begin, p.end - p.begin}, spent);
+      add_layers(rays[i], end, pixel_x[i], pixel_y[i], p, {layers.all.data() + p.begin, p.end - p.begin}, blocks,
+                 spent);
     }
     spent.shade_ms += ms_since(start);
   }
@@ -292,8 +305,22 @@ class Picture {
     return code;
   }
 
+  Rgb face_radiance(BlockId block, int face, float sun, const Rgb* tint, Rgb lit, float texture) const {
+    if (!tint) return shading_.face_radiance(block, face, sun, lit, texture);
+    return shading_.face_radiance(block, face, 0, lit + by_band(shading_.sun_lit[face], *tint * sun), texture);
+  }
+  static Rgb by_band(const Rgb& a, const Rgb& b) { return {a.r * b.r, a.g * b.g, a.b * b.b}; }
+
+  /// What the sun's light has come through, where any arrives.
+  Rgb tint_at(const GridRay& ray, const GridHit& hit, const ProxyHit& on_shape, float sun, LeafCache& blocks,
+              Spent& spent) const {
+    if (!hit.hit() || !(sun > 0) || (on_shape.part == kNoPart && !shading_.sun_faces[hit.face])) return {1, 1, 1};
+    ++spent.light_walks;
+    return light_through(*blockers_, ray_to_sun(ray, hit, on_shape), on_shape.part, blocks);
+  }
+
   Rgb shape_radiance(const GridHit& hit, const ProxyHit& on_shape, const Vec3d& direction, BlockId block,
-                     float sun) const {
+                     const Rgb& sun) const {
     const world::Environment& e = sky_.environment;
     const Vec3d normal = side_seen(on_shape, direction);
     constexpr float kPi = 3.14159265f;
@@ -301,8 +328,8 @@ class Picture {
     Rgb lit{sky.r / kPi, sky.g / kPi, sky.b / kPi};
     if (light_.kind() != SurfaceLight::Kind::none)
       if (const uint32_t code = code_at(hit, on_shape); code != SurfaceLight::kUnknown) lit = decoder_(code, hit.face);
-    const float arrives = sun * static_cast<float>(std::max(0.0, dot(e.sun_direction, normal))) / kPi;
-    lit = lit + Rgb{e.sun_irradiance.r, e.sun_irradiance.g, e.sun_irradiance.b} * arrives;
+    const Rgb arrives = sun * (static_cast<float>(std::max(0.0, dot(e.sun_direction, normal))) / kPi);
+    lit = lit + by_band({e.sun_irradiance.r, e.sun_irradiance.g, e.sun_irradiance.b}, arrives);
     const Shading::Material& m = shading_.materials[block];
     const float glow = static_cast<float>(6 / world::shown_area(*shapes_->shape[block]));
     return {m.albedo[0] * lit.r + m.emitted[0] * glow, m.albedo[1] * lit.g + m.emitted[1] * glow,
@@ -346,7 +373,7 @@ class Picture {
   }
 
   void add_layers(const GridRay& ray, const GridHit& end, int x, int y, const Layers::OfPixel& of,
-                  std::span<const StraightLayer> layers, Spent& spent) const {
+                  std::span<const StraightLayer> layers, LeafCache& blocks, Spent& spent) const {
     const double length = glm::length(ray.direction);
     Rgb& seen = image_.at(x, y);
     StraightPixel pixel;
@@ -364,10 +391,12 @@ class Picture {
         ++spent.shadow_rays;
         if (opaque_.any_set(world::ray_from_surface(ray, layer.at, sky_.environment.sun_direction))) sun = 0;
       }
+      Rgb tint{1, 1, 1};
+      if (blockers_) tint = tint_at(ray, layer.at, {}, sun, blocks, spent);
       const Rgb lit = lit_by_cells_ ? light_at(ray, layer.at) : shading_.sky_lit[layer.at.face];
       const BlockId owner = static_cast<BlockId>(kinds_->blocks()[layer.owner()].block.x);
       const Textured texture = textures_ && layer.outside ? texture_at(ray, layer.at, owner) : Textured{};
-      return shading_.face_radiance(owner, layer.at.face, sun * texture.sun, lit, texture.albedo);
+      return face_radiance(owner, layer.at.face, sun * texture.sun, blockers_ ? &tint : nullptr, lit, texture.albedo);
     };
     const auto mirrored = [&](int axis) {
       Vec3d direction = ray.direction / length;
@@ -497,6 +526,7 @@ class Picture {
   bool lit_by_cells_;                               // not by the open sky alone
   const world::StoreContours::Followed* contours_;  // null: all voxels are cubes
   const world::BlockShapes* shapes_;                // null: the world has none, or all voxels are cubes
+  const LightBlockers* blockers_;                   // null: none, or the knobs don't ask for them
   const SeeThroughKinds* kinds_;                    // null: nothing is seen through
   bool in_bounds_;                                  // the camera is within the regions that hold anything
   bool inside_;                                     // the camera is in a block
@@ -556,6 +586,16 @@ class RaycastBackend : public Backend {
       kinds.emplace(view.palette());
       if (!kinds->called_for(view.store().census())) kinds.reset();
     }
+    const bool tinted = Picture::tints(knobs) && !contours && holds_not_opaque(view);
+    std::optional<SeeThroughKinds> light_kinds;
+    std::vector<uint8_t> cubes;
+    std::optional<LightBlockers> blockers;
+    if (tinted) {
+      const world::BlockShapes* const drawn = any_shape ? &shapes : nullptr;
+      light_kinds.emplace(view.palette());
+      cubes = hiding_cubes(view.palette(), *light_kinds, drawn);
+      blockers.emplace(LightBlockers{occupied.walker(), *light_kinds, cubes, drawn});
+    }
     TRY_STATUS(check_light(light, knobs));
     TRY_STATUS(textures_.follow(view.palette(), knobs));
     light_.follow(view, light, knobs.light_model);
@@ -565,7 +605,7 @@ class RaycastBackend : public Backend {
     const DrawnInhabitants boxes = drawn_inhabitants(view, bodies, camera, knobs, width, height);
     const Picture picture(view, sky, occupied, sun_rays, opaque.walker(), contours,
                           any_shape && !contours ? &shapes : nullptr, kinds ? &*kinds : nullptr, light_, sun_maps_,
-                          textures_, boxes.boxes, camera, knobs, width, height,
+                          blockers ? &*blockers : nullptr, textures_, boxes.boxes, camera, knobs, width, height,
                           frame.image);
     const double prepare_ms = ms_since(start);
     Spent total;
@@ -584,6 +624,8 @@ class RaycastBackend : public Backend {
     const double share = sum > 0 ? (report.ms - prepare_ms) / sum : 0;
     report.passes = {{"prepare", prepare_ms, 0, rays_.bytes() + contours_.bytes() + light_.bytes() + sun_maps_.bytes()},
                      {"primary", total.primary_ms * share}};
+    if (total.light_walks) report.work.push_back({"tinted_shadows", total.light_walks});
+    if (knobs.sun_shadow == SunShadow::map) report.work.push_back({"sun_map", sun_maps_.cast()});
     if (knobs.sun_shadow == SunShadow::ray) report.passes.push_back({"sun_shadow", total.shadow_ms * share});
     report.passes.push_back({"shade", total.shade_ms * share});
     report.device = fmt::format("CPU, {} thread{}", world::thread_count(), world::thread_count() == 1 ? "" : "s");
@@ -605,4 +647,3 @@ class RaycastBackend : public Backend {
 world::Result<std::unique_ptr<Backend>> make_raycast_backend() { return std::unique_ptr<Backend>(new RaycastBackend); }
 
 }  // namespace render
-    if (knobs.sun_shadow == SunShadow::map) report.work.push_back({"sun_map", sun_maps_.cast()});

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/see_through.h"
 #include "render/shading.h"
 #include "render/textures/texture_set.h"
 
@@ -73,6 +74,19 @@ void Transport::texture(Surface& s, const TraceRay& ray, double before, bool see
     s.shading_normal = shared.textures->normal(knobs(), s.block, s.behind, s.face, glm::vec3(s.point), step_x, step_y);
 }
 
+namespace {
+
+/// What an interface lets through of light that goes straight on; its direction is the one that it has in air.
+glsl::vec3 straight_passed(const SeeThroughKinds& kinds, const Surface& s, uint16_t near, uint16_t far,
+                           const Vec3d& direction) {
+  const std::vector<shared::SeeThroughBlock>& blocks = kinds.blocks();
+  return interface_shares(kinds.of(s.block), 1, blocks[near].absorption.w, blocks[far].absorption.w,
+                          static_cast<float>(std::abs(direction[world::face_axis(s.face)])))
+      .passed;
+}
+
+}  // namespace
+
 Arrival Transport::arrival(TraceRay ray, const LightSample& light, ShadowTracking* tracking, bool shadows) {
   Arrival arrival;
   arrival.value = Vec3d(1);
@@ -92,6 +106,10 @@ Arrival Transport::arrival(TraceRay ray, const LightSample& light, ShadowTrackin
   }
   const bool named = target.kind == LightKind::voxel || target.kind == LightKind::triangle;
   const uint32_t not_this = target.kind == LightKind::luminaire ? target.index : UINT32_MAX;
+  // Where the eye looks straight through blocks, so does the sun.
+  const SeeThroughKinds* const straight =
+      knobs().tinted_shadows && target.kind == LightKind::sun ? shared.see_through : nullptr;
+  uint16_t medium = straight ? straight->kind(tracer.block(ray.ray.voxel)) : 0;
   double left = light.distance;
   for (;;) {
     // A face or triangle is known by its name; a point of a luminaire only by its distance.
@@ -107,7 +125,11 @@ Arrival Transport::arrival(TraceRay ray, const LightSample& light, ShadowTrackin
                           s.index == target.index && s.triangle == target.triangle);
     const Vec3f wo(-ray.ray.direction);
     if (!reached) {
-      const Vec3d share = s.kind == SurfaceKind::luminaire || !scene().materials()[s.block].transmits
+      const bool layer = straight && s.kind == SurfaceKind::voxel && straight->contains(s.block);
+      const uint16_t near = medium;
+      if (layer) medium = s.inside ? straight->kind(tracer.block(s.behind)) : straight->kind(s.block);
+      const Vec3d share = layer ? Vec3d(straight_passed(*straight, s, near, medium, ray.ray.direction))
+                          : s.kind == SurfaceKind::luminaire || !scene().materials()[s.block].transmits
                               ? Vec3d(0)
                               : straight_share(s, wo);
       arrival.value *= share;

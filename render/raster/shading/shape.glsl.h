@@ -5,7 +5,6 @@
 #include "render/raster/shading/surface.glsl.h"
 
 layout(binding = kBindChunks) uniform isamplerBuffer chunks;
-layout(binding = kBindShapeQuads) uniform samplerBuffer quads;
 layout(binding = kBindShapeLit) uniform samplerBuffer shape_lit;
 
 /// Distance along the ray in its lengths; the face may lie beyond the view distance.
@@ -49,8 +48,9 @@ vec3 shape_radiance(uvec2 seen, vec3 ray, float t) {
     if (kSunShadow == kSunShadowSkyLight) visible = visible && sees_whole_sky(code);
   }
   if (kSunShadow == kSunShadowRay && visible) visible = sun_visible(cell, fraction, kNoTriangle);
-  float sun = visible ? 1.0 : 0.0;
-  if (kSunShadow == kSunShadowMap && visible) sun = sun_by_map(cell, fraction, axis, kNoTriangle);
+  vec3 sun = vec3(visible ? 1.0 : 0.0);
+  if (kSunShadow == kSunShadowMap && visible) sun = vec3(sun_by_map(cell, fraction, axis, kNoTriangle));
+  if (kSunBlockers && visible) sun *= sun_let_through(cell, fraction);
   LitPoint p;
   p.voxel = cell;
   p.fraction = fraction;

@@ -5,6 +5,7 @@
 #include "render/raster/shading/direct.glsl.h"
 #include "render/raster/shading/face_light.glsl.h"
 #include "render/raster/shading/sun.glsl.h"
+#include "render/raster/shading/sun_blockers.glsl.h"
 #include "render/raster/shading/textures.glsl.h"
 
 struct FacePoint {
@@ -64,9 +65,9 @@ float open_sky(const LitPoint p) {
 }
 
 /// Of the sky (`lit`: radiance of an albedo of 1 under it), the sun as far as it arrives, and luminaires.
-vec3 scattered_light(const LitPoint p, const Scatterer s, vec3 lit, float sun) {
+vec3 scattered_light(const LitPoint p, const Scatterer s, vec3 lit, vec3 sun) {
   vec3 radiance = s.albedo * lit;
-  if (sun > 0.0) {
+  if (largest_band(sun) > 0.0) {
     vec3 arrives = sun * picture.sun_irradiance.rgb * scattered_share(s, 0u, picture.sun.xyz, p.to_eye, p.normal);
     if (kMedia) arrives *= media_transmittance(p.voxel, p.fraction, picture.sun.xyz, kMediumFar);
     radiance += arrives;
@@ -107,8 +108,9 @@ vec3 face_radiance(const FacePoint p) {
     if (kSunShadow == kSunShadowSkyLight) visible = visible && sees_whole_sky(code);
     lit = light_on_face(voxel, face, at, code);
   }
-  float sun = visible ? 1.0 : 0.0;
-  if (kSunShadow == kSunShadowMap && visible) sun = sun_by_map(p.front, p.fraction, axis, kNoTriangle);
+  vec3 sun = vec3(visible ? 1.0 : 0.0);
+  if (kSunShadow == kSunShadowMap && visible) sun = vec3(sun_by_map(p.front, p.fraction, axis, kNoTriangle));
+  if (kSunBlockers && visible) sun *= sun_let_through(p.front, p.fraction);
   LitPoint at;
   at.voxel = p.front;
   at.fraction = p.fraction;
