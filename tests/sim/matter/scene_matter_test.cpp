@@ -3,6 +3,9 @@
 
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <string>
+#include <utility>
 
 #include "tests/sim/matter/heat_support.h"
 #include "world/saves/save_file.h"
@@ -129,6 +132,46 @@ TEST_F(SceneMatter, WhatIsBornAsWarmAsTheWorldIsStaysAsItIs) {
   };
   EXPECT_GT(heat_after(288.15).first, 50u) << "lava warms the rock";
   EXPECT_EQ(heat_after(standard_reactions().born_k.at("lava")).first, 0u) << "all is as warm as lava";
+}
+
+/// What a scene of the program comes to after so many ticks.
+std::pair<World, std::map<std::string, LedgerRow>> scene_after(const char* name, int ticks) {
+  world::ImportReport report;
+  World world = std::move(build_world(world::load_scene(name).value(), report).value());
+  Matter matter(world, matter_options(world, world::Accuracy::usual).value());
+  EXPECT_TRUE(matter.begin().ok());
+  for (int i = 0; i < ticks; ++i) matter.step();
+  std::map<std::string, LedgerRow> books;
+  for (const LedgerRow& row : matter.ledger()) {
+    EXPECT_TRUE(row.exact()) << row.substance;
+    books[row.substance] = row;
+  }
+  return {std::move(world), std::move(books)};
+}
+
+TEST(ScenesSay, IceMeltsOnTheHotRodAndStaysOnTheOneOfGranite) {
+  const auto [world, books] = scene_after("hot_rod", 1000);
+  EXPECT_EQ(books.at("ice").start, 12 * kFullVoxel);
+  EXPECT_EQ(books.at("ice").now, 6 * kFullVoxel);
+  for (int x = -16; x <= -14; ++x) {
+    EXPECT_NE(world.store.get({x, 1, -5}), block_named(world, "ice"));
+    EXPECT_EQ(world.store.get({x, 1, 3}), block_named(world, "ice"));
+  }
+}
+
+TEST(ScenesSay, WhatRunsStaysOnItsLand) {
+  for (const auto& [name, ticks] :
+       {std::pair("lava_meets_sea", 200), std::pair("avalanche", 320), std::pair("hot_rod", 1000)}) {
+    world::ImportReport report;
+    const world::VoxelBox land = build_world(world::load_scene(name).value(), report).value().store.bounds();
+    const auto [world, books] = scene_after(name, ticks);
+    const world::VoxelBox now = world.store.bounds();
+    for (int axis = 0; axis < 3; axis += 2) {
+      EXPECT_GE(now.min[axis], land.min[axis]) << name;
+      EXPECT_LE(now.max[axis], land.max[axis]) << name;
+    }
+    EXPECT_GE(now.min.y, land.min.y) << name << ": nothing falls below it";
+  }
 }
 
 }  // namespace
