@@ -89,7 +89,9 @@ void add_subject_shadow_kinds(Registry& registry) {
     const int samples = context.quick() ? 512 : 4096;
     const auto add = [&](const std::string& method, const std::string& problem, int knob, bool is_default,
                          const Lines& lines, const Lines& right, const RenderKnobs& knobs) {
-      Setting s{.method = method, .setting = fmt::format("{}@{}", method, knob), .problem = problem};
+      Setting s{.method = method,
+                .setting = fmt::format("{}@{}{}", method, knob, problem == "sun near" ? " near" : ""),
+                .problem = problem};
       s.knob = knob, s.is_default = is_default, s.stochastic = method == "rectangle";
       s.measure = [=, &context](uint64_t seed) {
         const auto truth = context.shared<LineHalves>("shadow_kinds " + problem, [&] {
@@ -106,7 +108,7 @@ void add_subject_shadow_kinds(Registry& registry) {
     };
     RenderKnobs knobs;
     for (const bool near : {false, true}) {
-      const std::string problem = near ? "sun, near" : "sun";
+      const std::string problem = near ? "sun near" : "sun";
       TRY(const Lines valley, sunlit_valley(near));
       knobs.sun_shadow = SunShadow::none;
       add("sun without shadow", problem, 0, false, valley, valley, knobs);
@@ -114,7 +116,8 @@ void add_subject_shadow_kinds(Registry& registry) {
       add("sun with a ray", problem, 1, true, valley, valley, knobs);
       // By what backends draw.
       const auto add_drawn = [&](const std::string& method, int knob, const RenderKnobs& drawn) {
-        Setting s{.method = method, .setting = fmt::format("{}@{}", method, knob), .problem = problem};
+        Setting s{
+            .method = method, .setting = fmt::format("{}@{}{}", method, knob, near ? " near" : ""), .problem = problem};
         s.knob = knob;
         s.measure = [=, &context](uint64_t) {
           const auto truth = context.shared<LineHalves>("shadow_kinds " + problem, [&] {
