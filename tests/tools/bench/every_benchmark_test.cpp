@@ -7,6 +7,7 @@
 
 #include "tools/bench/bench_verb.h"
 #include "tools/bench/benchmark.h"
+#include "tools/bench/runner.h"
 
 namespace tools {
 
@@ -82,6 +83,19 @@ TEST(EveryBenchmark, RowsSayWhatTheyMeasureInWhichUnitAndWhereAReachComesFrom) {
       EXPECT_TRUE(bench.unit == "ms" || bench.unit == "us") << bench.unit;
       EXPECT_EQ(bench.scale, bench.unit == "us" ? 1e-3 : 1);
     }
+  }
+}
+
+TEST(EveryBenchmark, RowsOfTheStoreAndOfProxiesRunAndTheirRivalsAgree) {
+  RunOptions once = RunOptions::quick_run();
+  once.repetition_seconds = once.row_seconds = 0, once.repetitions = once.least_repetitions = 1;
+  BenchContext context(true, once.seed);
+  const Registry registry = all_benchmarks();
+  for (const Registry::Row& row : registry.rows()) {
+    if (row.suite != "store" && row.suite != "proxies") continue;
+    if (row.bench.timing == Timing::reported) continue;  // flights take their time
+    const RowResult result = run_row(row, context, once);
+    EXPECT_TRUE(result.error.empty() || result.no_device) << row.suite << '/' << row.bench.name << ": " << result.error;
   }
 }
 

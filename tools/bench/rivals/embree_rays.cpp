@@ -68,7 +68,7 @@ struct Hit {
   unsigned primitive;
 };
 
-const int kAllValid[kWide] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
+alignas(64) const int kAllValid[kWide] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
 
 template <int width>
 void intersect_blocks(RTCScene scene, RTCIntersectContext& context, std::span<const Block> blocks, Hit* hits) {

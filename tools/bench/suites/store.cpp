@@ -341,8 +341,9 @@ Result<Prepared> prepare_masks(BenchContext& context) {
                       },
                   .check = [=]() -> Status {
                     uint64_t expected = 0;
+                    const int bit = static_cast<int>(world::MaskKind::opaque);
                     for (const auto& [block, n] : source->store.census())
-                      expected += block < 256 && opaque[block] ? n : 0;
+                      expected += source->palette->masks()[block] >> bit & 1 ? n : 0;
                     return equal(source->store.masks(world::MaskKind::opaque).count(), expected,
                                  "the count of opaque voxels");
                   }};
