@@ -40,9 +40,17 @@ struct Targets {
   gpu::DeviceImage depth;   // reversed: near plane / view depth, 0 where nothing is seen
   gpu::DeviceImage colour;  // kColourFormat: linear radiance, a = 1; made where a pass needs it. Shading writes it, the
                             // passes behind it change it, and at the end it is what is read back
-  gpu::Buffer radiance;     // float[3 * pixels], for the processor
-  uint32_t band_rows = 0;   // rows whose radiance fits one storage buffer binding
+  gpu::DeviceImage stencil;  // made by a pass that needs one: stencil.h
+  gpu::Buffer radiance;      // float[3 * pixels], for the processor
+  uint32_t band_rows = 0;    // rows whose radiance fits one storage buffer binding
   VkExtent2D extent() const { return seen.extent; }
+};
+
+/// A box that is outlined.
+struct Selection {
+  world::WorldPoint low;
+  Vec3d size{1};
+  double width_px = 2;
 };
 
 /// One picture: what all passes read. The world may be read by any pass; what it derives it keeps and follows itself.
@@ -71,6 +79,8 @@ struct Drawing {
   bool counts_sun_rays;                     // see Rasterizer::counts_sun_rays
   const MirrorPlane* behind = nullptr;      // the picture is taken from behind this plane, for the one seen in it
   const MirrorPicture* mirrored = nullptr;  // what that showed
+  const Selection* selected = nullptr;      // what is outlined
+  bool whole_mirror = false;                // see Rasterizer::whole_mirror
   bool sun_blockers = false;                // what isn't opaque takes its part of the sun's light
 };
 

@@ -2,6 +2,8 @@
 #include "render/raster/faces_pass.h"
 #include "render/raster/inhabitants_pass.h"
 #include "render/raster/meshes_pass.h"
+#include "render/raster/mirror_stencil_pass.h"
+#include "render/raster/outline_pass.h"
 #include "render/raster/shade_pass.h"
 #include "render/raster/temporal_pass.h"
 #include "render/raster/transparency_pass.h"
@@ -12,6 +14,8 @@ std::span<const PassKind> pass_kinds() {
   static const PassKind kinds[] = {
       // What each pixel sees: into targets.seen and targets.depth.
       FacesPass::kind(), MeshesPass::kind(),
+      // Of a picture in a mirror: where that is.
+      MirrorStencilPass::kind(),
       // Radiance of what is seen: into targets.colour, or targets.radiance where a picture is too large for that.
       ShadePass::kind(),
       // Over the shaded picture, with its depth, into targets.colour:
@@ -23,6 +27,8 @@ std::span<const PassKind> pass_kinds() {
       ParticlesPass::kind(),
       // With what the pictures before saw: into targets.colour.
       TemporalPass::kind(),
+      // The outline of what is picked.
+      OutlinePass::kind(),
       // What is done with the whole picture, samples and effects, comes after all passes: render/effects/.
   };
   return kinds;

@@ -62,6 +62,7 @@ SHARED_CONST uint kBindBlockerRegions = 36;  // ivec4[]  of what isn't opaque an
 SHARED_CONST uint kBindBlockerLeaves = 37;   // uint[]   as kBindBlockLeaves
 SHARED_CONST uint kBindBlockerCodes = 38;    // uint[]   as kBindBlockIds: kind of see-through block, or kBlockerShape
 SHARED_CONST uint kBindBlockerKinds = 39;    // ivec4 low region, w: slots less 1; high region; SeeThroughBlock[]
+SHARED_CONST uint kBindMirrorStrips = 40;    // vec4[]   mirror_stencil_pass.h: relative to the camera
 
 SHARED_CONST uint kBlockerShape = 0x8000u;  // | number of its first quad
 SHARED_CONST uint kBlockerCube = 0x7fffu;   // hides all

@@ -320,6 +320,8 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
                         counts_sun_rays,
                         behind,
                         mirrored,
+                        selected ? &*selected : nullptr,
+                        whole_mirror,
                         sun_blockers_.any()};
   Frame frame;
   FrameReport& report = frame.report;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "render/effects/device_chain.h"
 #include "render/light/sun_maps.h"
@@ -66,6 +67,10 @@ class Rasterizer {
   bool triangles_alone = false;
   /// The report says how many pixels cast a ray to the sun: sun_rays.
   bool counts_sun_rays = false;
+  /// What is outlined in the picture.
+  std::optional<Selection> selected;
+  /// Pictures taken from behind a mirror are shaded whole, not only where they may be seen: for tests.
+  bool whole_mirror = false;
   /// Of the next draw(): see Drawing.
   const MirrorPlane* behind = nullptr;
   const MirrorPicture* mirrored = nullptr;

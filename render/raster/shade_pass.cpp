@@ -6,6 +6,8 @@
 #include "shade.comp.spv.h"
 #include "shade.frag.spv.h"
 #include "whole.vert.spv.h"
+#include "render/raster/stencil.h"
+#include "render/raster/transparency.shared.h"
 
 namespace render::raster {
 
@@ -118,7 +120,25 @@ world::Status ShadePass::prepare(PassContext& context, const Drawing& drawing, F
     return &made;
   };
   bands_ = sky_ = surfaces_ = put_off_pipeline_ = nullptr;
-  if (in_image) {
+  in_stencil_ = in_image && drawing.behind && !drawing.whole_mirror;
+  if (in_stencil_) {
+    // As the two below, told apart by the stencil in place of depth.
+    const auto in_mirror = [&](uint32_t part, uint32_t value,
+                               std::initializer_list<Constant> more) -> world::Result<const Pipeline*> {
+      auto all = with(more);
+      all.insert(all.end(), {{kSpecShadedPart, part}, {kSpecClips, true}});
+      Pipeline& made = pipelines_[all];
+      if (!made) {
+        GraphicsState state = where_stencil(context.targets, value);
+        state.colour = {kColourFormat};
+        TRY(made, make_graphics(context.device, whole_vert_spv, shade_frag_spv, state, all));
+      }
+      return &made;
+    };
+    TRY(sky_, in_mirror(kShadedSky, 1, {}));
+    TRY(surfaces_,
+        in_mirror(kShadedSurfaces, 2, {{kSpecShapes, any_shapes && !few_shapes}, {kSpecSeenPutOff, put_off}}));
+  } else if (in_image) {
     // Depth is reversed, and 0 where nothing is seen.
     TRY(sky_, whole(kShadedSky, VK_COMPARE_OP_EQUAL, {}));
     TRY(surfaces_,
@@ -155,7 +175,10 @@ void ShadePass::record(VkCommandBuffer commands, PassContext& context, const Dra
   if (surfaces_) {
     image_barrier(commands, targets.depth.handle, VK_IMAGE_ASPECT_DEPTH_BIT, kDepthReadWrite, kDepthReadWrite);
     const VkImageView colour = targets.colour.view;
-    begin_rendering(commands, targets, {&colour, 1}, targets.depth.view, false);
+    if (in_stencil_)
+      begin_with_stencil(commands, targets, {&colour, 1}, false, true);
+    else
+      begin_rendering(commands, targets, {&colour, 1}, targets.depth.view, false);
     for (const Pipeline* part : {sky_, surfaces_}) {
       context.bindings.use(commands, *part);
       vkCmdDraw(commands, 3, 1, 0, 0);

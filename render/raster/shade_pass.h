@@ -35,7 +35,7 @@ class ShadePass : public Pass {
   std::map<std::vector<Constant>, Pipeline> pipelines_;
   // Of the picture: bands, or sky and surfaces; null where nothing is put off.
   const Pipeline *bands_ = nullptr, *sky_ = nullptr, *surfaces_ = nullptr, *put_off_pipeline_ = nullptr;
-  bool counts_rays_ = false;
+  bool counts_rays_ = false, in_stencil_ = false;  // in_stencil_: only where a mirror is
   PixelList put_off_;
   gpu::Buffer materials_;
 };

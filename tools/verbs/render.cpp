@@ -10,6 +10,8 @@
 #include <fmt/format.h>
 
 #include "render/effects/chain.h"
+#include "render/raster/rasterizer.h"
+#include "render/raster/raster.h"
 #include "tools/budget.h"
 #include "tools/inhabitants.h"
 #include "tools/interrupt.h"
@@ -42,6 +44,7 @@ struct RenderOptions {
   std::vector<std::string> settings, environment_settings;
   std::map<std::string, std::string> knobs;  // given by their own flags
   std::vector<double> position, look_at;
+  std::vector<int32_t> outline;
   double fov_deg = 0, error = 0;
   uint64_t seed = 1;
   std::string resume, outputs;
@@ -144,6 +147,16 @@ world::Result<BudgetFit> fit_knobs(const RenderOptions& options, const world::Wo
     }
     return drawn;
   });
+}
+
+/// As the block that a player points at.
+world::Status outline_block(const RenderOptions& options, render::Backend& backend) {
+  if (options.outline.empty()) return {};
+  auto* const raster = dynamic_cast<render::RasterBackend*>(&backend);
+  if (!raster) return world::usage_error("--outline needs the backend raster");
+  raster->rasterizer().selected.emplace();
+  raster->rasterizer().selected->low.voxel = {options.outline[0], options.outline[1], options.outline[2]};
+  return {};
 }
 
 /// The rasterizer, but where the world is a fog volume, which it cannot draw; makes such a world look like fog.
@@ -313,6 +326,7 @@ world::Result<int> run_render(RenderOptions options) {
   const bool exr = std::filesystem::path(options.output).extension() == ".exr";
   if (exr) knobs = render::without_display_effects(knobs);  // radiance is kept as it is
   TRY(std::vector<Shot> shots, choose_shots(options, world, first, last));
+  TRY_STATUS(outline_block(options, *backend));
   const bool reads_light = backend->reads_light(world, knobs);
   if (!reads_light && knobs.light_model != render::LightModel::none && sets_knob(options, {}, "light_model"))
     std::cerr << "light_model has no effect here: " << options.backend
@@ -414,6 +428,7 @@ void add_render_verb(CommandLine& command) {
                    "a camera of the scene, or overview; or a path, whose key frames are the cameras NAME@FRAME");
   verb->add_option("--position", options->position, "camera position X Y Z in metres")->expected(3);
   verb->add_option("--look-at", options->look_at, "point X Y Z that the camera looks at")->expected(3);
+  verb->add_option("--outline", options->outline, "raster: outlines the block at X Y Z")->expected(3);
   verb->add_option("--fov", options->fov_deg, "vertical field of view in degrees")->check(CLI::Range(1.0, 179.0));
   verb->add_option("--seed", options->seed, "of the samples")->capture_default_str();
   verb->add_option("--error", options->error, "stop at this relative error, within --spp samples; 0: take them all")

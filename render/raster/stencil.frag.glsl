@@ -1,0 +1,3 @@
+#version 460
+// Nothing but the stencil.
+void main() {}
