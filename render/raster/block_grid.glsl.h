@@ -3,6 +3,7 @@
 #ifndef LOAM_RENDER_RASTER_BLOCK_GRID_GLSL_H
 #define LOAM_RENDER_RASTER_BLOCK_GRID_GLSL_H
 #include "render/bsdf/directions.shared.h"
+#include "render/raster/shading/mesh_first.glsl.h"
 #include "render/raster/transparency.glsl.h"
 
 layout(binding = kBindBlockRegions, std430) readonly buffer BlockRegions { ivec4 block_regions[]; };
@@ -110,14 +111,21 @@ float run_length(ivec3 voxel, vec3 fraction, vec3 direction, uint kind) {
 }
 
 /// What a ray shows that starts in a medium, as the eye sees it: surfaces shaded by face_radiance(), layers before them
-/// straight on, or with `bends` refracted by Snell's law. What layers mirror is the sky.
+/// straight on, or with `bends` refracted by Snell's law. What layers mirror is the sky. Triangles of meshes end it as
+/// surfaces do.
 vec3 followed_radiance(ivec3 voxel, vec3 fraction, vec3 direction, uint medium, bool bends) {
   vec3 added = vec3(0), through = vec3(1);
   const float n_eye = layer_blocks[medium].absorption.w;
   float last = 0.0;
   BlockWalk w = begin_walk(voxel, fraction, direction);
   int interfaces = 0;
+  float mesh_t = 1e30;  // where this straight part of the ray meets a triangle
+  uint mesh = kNoTriangle;
+  if (kMeshes) mesh = first_mesh(w.start, w.fraction, w.direction, mesh_t);
   for (int steps = 0; steps < 4096; ++steps) {
+    if (kMeshes) {
+      if (mesh_t <= w.t) break;
+    }
     int size;
     const uint block = block_at(w.voxel, w.place, size), kind = block_kinds[2u * block];
     if (kind != medium && w.axis < 0) {
@@ -162,6 +170,8 @@ vec3 followed_radiance(ivec3 voxel, vec3 fraction, vec3 direction, uint medium, 
           medium = kind;
         }
         last = 0.0;
+        mesh_t = 1e30;
+        if (kMeshes) mesh = first_mesh(w.start, w.fraction, w.direction, mesh_t);
         continue;
       }
       through *= shares.passed;
@@ -169,6 +179,12 @@ vec3 followed_radiance(ivec3 voxel, vec3 fraction, vec3 direction, uint medium, 
       if (all(lessThan(through, vec3(1e-3)))) return added;
     }
     if (!leave_cube(w, size)) break;
+  }
+  if (kMeshes) {  // not of two conditions: specialised, it takes all that it holds out of the shader
+    if (mesh != kNoTriangle)
+      return added + through * absorbed_along(layer_blocks[medium].absorption.xyz, mesh_t - last) *
+                         radiance_scale(layer_blocks[layers.eye.x].absorption.w, layer_blocks[medium].absorption.w) *
+                         first_mesh_radiance(mesh, w.start, w.fraction, w.direction, mesh_t);
   }
   through *= absorbed_along(layer_blocks[medium].absorption.xyz, 1e30);
   return added + through * radiance_scale(layer_blocks[layers.eye.x].absorption.w, layer_blocks[medium].absorption.w) *

@@ -43,11 +43,11 @@ MeshVertex mesh_vertex(uint vertex) {
   return v;
 }
 
-vec3 mesh_radiance(uvec2 seen, vec3 ray, float t) {
-  const uint triangle = seen.x & ~kSeenMesh;
+/// hit: relative to the camera; ray: towards it, of any length.
+vec3 mesh_radiance_at(uint triangle, vec3 hit, vec3 ray) {
   const uvec4 corners = mesh_triangle(triangle);
   const MeshVertex a = mesh_vertex(corners.x), b = mesh_vertex(corners.y), c = mesh_vertex(corners.z);
-  const vec3 hit = t * ray, across = cross(b.position - a.position, c.position - a.position);
+  const vec3 across = cross(b.position - a.position, c.position - a.position);
   const bool inside = dot(across, ray) > 0.0;
   const vec3 side = normalize(inside ? -across : across);
 
@@ -97,5 +97,7 @@ vec3 mesh_radiance(uvec2 seen, vec3 ray, float t) {
   return emitted +
          albedo_of(block) * (light + arrives * dot(normal, picture.sun.xyz) / 3.14159265 * picture.sun_irradiance.rgb);
 }
+
+vec3 mesh_radiance(uvec2 seen, vec3 ray, float t) { return mesh_radiance_at(seen.x & ~kSeenMesh, t * ray, ray); }
 
 #endif
