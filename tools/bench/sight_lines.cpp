@@ -78,16 +78,18 @@ Result<std::vector<Vec3d>> SightLines::picture(render::Backend& backend, const r
   return seen;
 }
 
-std::vector<Vec3d> SightLines::raycast(const render::RenderKnobs& knobs) const {
+std::function<std::vector<Vec3d>()> SightLines::raycaster(const render::RenderKnobs& knobs) const {
   auto backend = make_backend("raycast");
   CHECK(backend.ok());
-  LightOfWorld light;
-  auto made = light.follow(world_, camera_.position, knobs);
+  const auto light = std::make_shared<LightOfWorld>();
+  auto made = light->follow(world_, camera_.position, knobs);
   CHECK(made.ok());
   (*backend)->light = *made;
-  auto seen = picture(**backend, knobs);
-  CHECK(seen.ok());
-  return std::move(*seen);
+  return [this, knobs, light, backend = std::shared_ptr<render::Backend>(std::move(*backend))] {
+    auto seen = picture(*backend, knobs);
+    CHECK(seen.ok());
+    return std::move(*seen);
+  };
 }
 
 LineHalves line_halves(const SightLines& lines, render::RenderKnobs knobs, int scatterings, int samples,

@@ -30,8 +30,11 @@ class SightLines {
   size_t size() const { return lines_.size(); }
   /// The same lines as a backend draws them, one ray a pixel.
   Result<std::vector<world::Vec3d>> picture(render::Backend& backend, const render::RenderKnobs& knobs) const;
-  /// The same by a raycast backend of its own, with the light that the knobs ask for, made from nothing.
-  std::vector<world::Vec3d> raycast(const render::RenderKnobs& knobs) const;
+  /// The same by a raycast backend of its own, with the light that the knobs ask for: a call is one picture, and the
+  /// first makes what later ones find.
+  std::function<std::vector<world::Vec3d>()> raycaster(const render::RenderKnobs& knobs) const;
+  /// Its first picture.
+  std::vector<world::Vec3d> raycast(const render::RenderKnobs& knobs) const { return raycaster(knobs)(); }
   const world::World& world() const { return world_; }
   const render::Camera& camera() const { return camera_; }
 
