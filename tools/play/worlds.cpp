@@ -19,6 +19,9 @@ std::string file_name_of(const std::string& name) {
   return out.empty() ? "world" : out.substr(0, 80);
 }
 
+/// A morning: most of the first day is light.
+constexpr const char* kFirstHour = "8.000";
+
 world::Scene scene_of_new(const WorldChoice& choice) {
   world::Scene scene;
   scene.name = choice.name.empty() ? choice.generator : choice.name;
@@ -29,6 +32,7 @@ world::Scene scene_of_new(const WorldChoice& choice) {
   scene.box.min = {-size.x / 2, 0, -size.z / 2};
   scene.box.max = scene.box.min + size - world::VoxelPos{1, 1, 1};
   scene.simulation.seed = choice.seed;
+  scene.knobs["time_of_day"] = kFirstHour;
   return scene;
 }
 

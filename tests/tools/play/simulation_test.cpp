@@ -389,6 +389,7 @@ TEST(Start, OfANewWorldIsOnDryLevelGroundUnderTheSky) {
           {.scene = {}, .generator = generator, .name = "new", .seed = seed, .size = {256, 192, 256}, .keep = false});
       ASSERT_TRUE(opened.ok()) << opened.error().message;
       const world::World& world = opened->played->world();
+      EXPECT_TRUE(world.knobs.contains("time_of_day")) << "its sun goes on";
       const Start start = start_of(world);
       EXPECT_FALSE(start.flies) << generator << seed;
       const VoxelPos v = start.foot.voxel;
