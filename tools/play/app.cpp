@@ -31,7 +31,7 @@ namespace {
 constexpr double kWaitForPictureS = 0.045;  // then the interface is shown with the last one
 constexpr double kUnfocusedS = 0.1;
 constexpr float kFirstReachM = 128;  // of a world's first picture
-constexpr double kStatusEveryS = 0.1;
+constexpr double kStatusEveryS = 0.1, kSettingsEveryS = 5;
 
 enum class Over { nothing, palette, console, pause, panel, help, unsaved };
 
@@ -71,6 +71,7 @@ class App {
   void write_window_shot();
   void write_screenshot(Picture picture);
   void bench_step(double frame_ms);
+  void keep_settings();
   void write_status();
   void send_textures();
   ConsoleWords words() const;
@@ -80,7 +81,8 @@ class App {
 
   PlayOptions options_;
   PlaySettings settings_;
-  std::string notice_;  // one sentence over the menu
+  std::string kept_settings_;  // as the file has them
+  std::string notice_;         // one sentence over the menu
   std::unique_ptr<PlayWindow> window_;
   std::unique_ptr<Game> game_;
   Over over_ = Over::nothing;
@@ -107,7 +109,7 @@ class App {
   Picture picture_;  // as it is shown
   render::Camera picture_camera_, asked_camera_;
   bool has_picture_ = false;
-  double last_s_ = 0, last_status_s_ = 0, begun_s_ = 0;
+  double last_s_ = 0, last_status_s_ = 0, last_settings_s_ = 0, begun_s_ = 0;
   int devices_lost_ = 0;
   Pace pace_;
   bool said_simpler_ = false, paused_for_panel_ = false;
@@ -370,6 +372,7 @@ void App::follow_loading() {
   for (const std::string& warning : opened->warnings) game_->say(warning);
   window_->set_title("Loam: " + game_->name());
   if (thumbnails_) thumbnails_->pause(true);
+  keep_settings();
   show(settings_.seen_help ? Over::nothing : Over::help);
 }
 
@@ -621,7 +624,7 @@ void App::draw_game() {
                                               IM_COL32_WHITE, text.c_str());
     }
   }
-  draw_messages(*game_, width, height, scale());
+  if (over_ != Over::help) draw_messages(*game_, width, height, scale());
   draw_over();
 }
 
@@ -760,6 +763,16 @@ void App::bench_step(double frame_ms) {
   bench_.reset();
 }
 
+/// Where they changed: nobody knows how this ends.
+void App::keep_settings() {
+  last_settings_s_ = now_s();
+  std::string text = settings_text(settings_);
+  if (text == kept_settings_) return;
+  kept_settings_ = std::move(text);
+  const world::Status kept = write_settings(settings_, settings_path());
+  if (!kept.ok() && game_) game_->say("settings are not kept: " + kept.error().message);
+}
+
 void App::write_status() {
   if (options_.status.empty() || now_s() - last_status_s_ < kStatusEveryS) return;
   last_status_s_ = now_s();
@@ -812,6 +825,7 @@ void App::frame() {
     draw_start();
   const world::Status shown = window_->end_frame();
   if (game_) write_window_shot();
+  if (now_s() - last_settings_s_ > kSettingsEveryS) keep_settings();
   if (!shown.ok()) {
     notice_ = shown.error().message;
     quit_ = true;
@@ -821,6 +835,7 @@ void App::frame() {
 
 world::Result<int> App::run() {
   const StopOnInterrupt interrupt;
+  kept_settings_ = settings_text(settings_);
   while (!quit_ && !interrupt.asked()) {
     const bool idle = !window_->focused() || window_->minimized();
     window_->poll(idle ? kUnfocusedS : game_ || loading_ ? 0 : 0.016);

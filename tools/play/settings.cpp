@@ -73,7 +73,7 @@ world::Result<PlaySettings> read_settings(const std::filesystem::path& path) {
   return s;
 }
 
-world::Status write_settings(const PlaySettings& s, const std::filesystem::path& path) {
+std::string settings_text(const PlaySettings& s) {
   const auto quoted = [](const std::string& text) { return world::toml_text(text); };
   std::string text = "# Settings of `loam play`; written by it.\n";
   text += fmt::format("mouse_speed = {}\ninvert_mouse = {}\nfov_deg = {}\nui_scale = {}\npicture_scale = {}\n",
@@ -89,6 +89,11 @@ world::Status write_settings(const PlaySettings& s, const std::filesystem::path&
   for (const auto& [name, value] : s.knobs) text += name + " = " + quoted(value) + "\n";
   text += "\n[keys]\n";
   for (const auto& [name, keys] : s.bindings.changed()) text += name + " = " + quoted(keys) + "\n";
+  return text;
+}
+
+world::Status write_settings(const PlaySettings& s, const std::filesystem::path& path) {
+  const std::string text = settings_text(s);
   std::error_code made;
   std::filesystem::create_directories(path.parent_path(), made);
   return world::write_file_atomically(path, [&](const std::filesystem::path& temporary) -> world::Status {

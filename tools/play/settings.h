@@ -41,6 +41,8 @@ std::filesystem::path settings_path();
 
 /// A missing file gives the usual settings. What is wrong in the file is an error that names line and key.
 world::Result<PlaySettings> read_settings(const std::filesystem::path& path);
+/// As the file has them.
+std::string settings_text(const PlaySettings& settings);
 /// Makes the folder; writes beside the file first, so that it is whole or as before.
 world::Status write_settings(const PlaySettings& settings, const std::filesystem::path& path);
 

@@ -127,4 +127,25 @@ claim "the world is in its file" "$loam" check data/worlds/meadow.loam
 shots=(data/screenshots/*.png)
 claim "both backends drew the same" "$loam" diff "${shots[0]}" "${shots[1]}" --max-flip 0.01
 claim "the recording repeats to the same hashes" "$loam" replay session.log
+
+# Without a word it goes on with the last world, also where the last time ended by force.
+resumes() {
+  rm -f status.json
+  "$loam" play --size 640x400 --status status.json 2>play.err &
+  game=$!
+  claim "the last world goes on" until_true drawn 1
+}
+sed -i '/^last_world/d; /^recent/d' data/play.toml
+"$loam" play data/worlds/meadow.loam --size 640x400 --status status.json 2>play.err &
+game=$!
+knows_it() { grep -q '^last_world.*meadow.loam' data/play.toml; }
+claim "the last world is noted when it opens" until_true knows_it
+kill -KILL $game
+wait $game 2>/dev/null
+resumes
+kill -TERM $game
+for _ in $(seq 300); do kill -0 $game 2>/dev/null || break; sleep 0.1; done
+wait $game
+claim "the end of a session ends it well" test $? -eq 0
+claim "the world is in its file" "$loam" check data/worlds/meadow.loam
 exit $failed
