@@ -113,6 +113,10 @@ for size in "300 500" "640 240" "33 21" "640 400"; do
   number=$(get picture)
   claim "  and is drawn" until_true drawn "$number"
 done
+xdotool windowunmap "$window"; sleep 0.5; xdotool windowmap --sync "$window" windowfocus "$window"
+number=$(get picture)
+claim "a window that was put away is drawn again" until_true drawn "$number"
+is over 0 || { xdotool key Escape; until_is over 0; }
 xdotool key ctrl+s
 saved() { [[ $(get message) == *saved* ]]; }
 claim "Ctrl+S saves" until_true saved
