@@ -382,15 +382,17 @@ world::Result<Buffer> make_texel_buffer(Device& device, VkDeviceSize size, VkFor
   return buffer;
 }
 
-world::Result<DeviceImage> make_image(Device& device, VkExtent2D extent, VkFormat format, VkImageUsageFlags usage,
-                                      VkImageAspectFlags aspect) {
+namespace {
+
+world::Result<DeviceImage> make_tiled_image(Device& device, VkExtent2D extent, VkFormat format, VkImageUsageFlags usage,
+                                            VkImageAspectFlags aspect, VkImageTiling tiling) {
   auto info = vk_info<VkImageCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO);
   info.imageType = VK_IMAGE_TYPE_2D;
   info.format = format;
   info.extent = {extent.width, extent.height, 1};
   info.mipLevels = info.arrayLayers = 1;
   info.samples = VK_SAMPLE_COUNT_1_BIT;
-  info.tiling = VK_IMAGE_TILING_OPTIMAL;
+  info.tiling = tiling;
   info.usage = usage;
   VkImage handle = VK_NULL_HANDLE;
   VK_CHECK(vkCreateImage(device.handle(), &info, nullptr, &handle));
@@ -398,11 +400,18 @@ world::Result<DeviceImage> make_image(Device& device, VkExtent2D extent, VkForma
   image.extent = extent;
   image.format = format;
   image.handle = Owned<VkImage>(device, handle);
+  const bool linear = tiling == VK_IMAGE_TILING_LINEAR;
   VkMemoryRequirements needs;
   vkGetImageMemoryRequirements(device.handle(), handle, &needs);
-  TRY(const MemoryRange range, device.memory().allocate(needs, MemoryUse::device, true));
+  TRY(const MemoryRange range, device.memory().allocate(needs, linear ? MemoryUse::readback : MemoryUse::device, true));
   image.memory = OwnedMemory(device, range);
   VK_CHECK(vkBindImageMemory(device.handle(), handle, range.block->memory, range.offset));
+  if (linear) {
+    const VkImageSubresource all{aspect, 0, 0};
+    VkSubresourceLayout layout{};
+    vkGetImageSubresourceLayout(device.handle(), handle, &all, &layout);
+    image.first_row = layout.offset, image.row_bytes = layout.rowPitch;
+  }
   auto view = vk_info<VkImageViewCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO);
   view.image = handle;
   view.viewType = VK_IMAGE_VIEW_TYPE_2D;
@@ -412,6 +421,26 @@ world::Result<DeviceImage> make_image(Device& device, VkExtent2D extent, VkForma
   VK_CHECK(vkCreateImageView(device.handle(), &view, nullptr, &view_handle));
   image.view = Owned<VkImageView>(device, view_handle);
   return image;
+}
+
+}  // namespace
+
+world::Result<DeviceImage> make_image(Device& device, VkExtent2D extent, VkFormat format, VkImageUsageFlags usage,
+                                      VkImageAspectFlags aspect) {
+  return make_tiled_image(device, extent, format, usage, aspect, VK_IMAGE_TILING_OPTIMAL);
+}
+
+world::Result<DeviceImage> make_host_image(Device& device, VkExtent2D extent, VkFormat format,
+                                           VkImageUsageFlags usage) {
+  VkPhysicalDeviceProperties is{};
+  vkGetPhysicalDeviceProperties(device.physical(), &is);
+  VkImageFormatProperties can{};
+  const bool in_rows = is.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU &&
+                       vkGetPhysicalDeviceImageFormatProperties(device.physical(), format, VK_IMAGE_TYPE_2D,
+                                                                VK_IMAGE_TILING_LINEAR, usage, 0, &can) == VK_SUCCESS &&
+                       can.maxExtent.width >= extent.width && can.maxExtent.height >= extent.height;
+  return make_tiled_image(device, extent, format, usage, VK_IMAGE_ASPECT_COLOR_BIT,
+                          in_rows ? VK_IMAGE_TILING_LINEAR : VK_IMAGE_TILING_OPTIMAL);
 }
 
 }  // namespace render::gpu

@@ -47,6 +47,10 @@ struct DeviceImage {
   Owned<VkImageView> view;
   VkExtent2D extent{};
   VkFormat format = VK_FORMAT_UNDEFINED;
+  VkDeviceSize row_bytes = 0;  // of make_host_image(), from row to row
+
+  const std::byte* row(uint32_t y) const { return memory.mapped() + first_row + y * row_bytes; }
+  VkDeviceSize first_row = 0;
 };
 
 /// `size` 0 makes a buffer of 16 bytes, so that an empty world needs no special case.
@@ -57,5 +61,8 @@ world::Result<Buffer> make_texel_buffer(Device& device, VkDeviceSize size, VkFor
                                         MemoryUse use);
 world::Result<DeviceImage> make_image(Device& device, VkExtent2D extent, VkFormat format, VkImageUsageFlags usage,
                                       VkImageAspectFlags aspect);
+/// One of colour whose rows the processor reads where they lie, if the device is a processor itself, which places texels
+/// row by row anyway; any other gets that of make_image(), with row_bytes 0.
+world::Result<DeviceImage> make_host_image(Device& device, VkExtent2D extent, VkFormat format, VkImageUsageFlags usage);
 
 }  // namespace render::gpu

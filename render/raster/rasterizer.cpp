@@ -132,14 +132,10 @@ world::Status Rasterizer::fit_targets(int width, int height, const TargetNeeds& 
                       VK_IMAGE_ASPECT_DEPTH_BIT));
   const uint64_t pixels = uint64_t{extent.width} * extent.height;
   if (needs.colour) {
-    TRY(targets_.colour,
-        gpu::make_image(*device_, extent, kColourFormat,
-                        VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_STORAGE_BIT |
-                            VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT,
-                        VK_IMAGE_ASPECT_COLOR_BIT));
-    TRY(colour_copy_, gpu::make_buffer(*device_, pixels * sizeof(vec4),
-                                       VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                                       gpu::MemoryUse::readback));
+    TRY(targets_.colour, gpu::make_host_image(*device_, extent, kColourFormat,
+                                              VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT |
+                                                  VK_IMAGE_USAGE_STORAGE_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT |
+                                                  VK_IMAGE_USAGE_TRANSFER_DST_BIT));
   } else {
     TRY(targets_.radiance,
         gpu::make_buffer(*device_, pixels * sizeof(Rgb), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::MemoryUse::readback));
@@ -221,7 +217,8 @@ world::Status Rasterizer::record(VkCommandBuffer commands, const Drawing& drawin
 void Rasterizer::record_read_back(VkCommandBuffer commands) {
   if (!targets_.colour.handle) return memory_barrier(commands, kComputeWrite, kHostRead);
   image_barrier(commands, targets_.colour.handle, VK_IMAGE_ASPECT_COLOR_BIT, kColourReadWrite | kComputeReadWrite,
-                kCopyRead);
+                copies_colour() ? kCopyRead : kHostRead);
+  if (!copies_colour()) return;
   VkBufferImageCopy copy{};
   copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
   copy.imageExtent = {targets_.extent().width, targets_.extent().height, 1};
@@ -234,9 +231,15 @@ void Rasterizer::read_back(Image& image) const {
     std::memcpy(image.pixels.data(), targets_.radiance.mapped(), image.pixels.size() * sizeof(Rgb));
     return;
   }
-  const auto* colour = reinterpret_cast<const vec4*>(colour_copy_.mapped());
-  world::parallel_ranges(image.pixels.size(), 65536, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) image.pixels[i] = {colour[i].r, colour[i].g, colour[i].b};
+  const auto width = static_cast<size_t>(image.width);
+  world::parallel_ranges(static_cast<size_t>(image.height), 64, [&](size_t begin, size_t end) {
+    for (size_t y = begin; y < end; ++y) {
+      const auto* colour = copies_colour()
+                               ? reinterpret_cast<const vec4*>(colour_copy_.mapped()) + y * width
+                               : reinterpret_cast<const vec4*>(targets_.colour.row(static_cast<uint32_t>(y)));
+      Rgb* pixel = image.pixels.data() + y * width;
+      for (size_t x = 0; x < width; ++x) pixel[x] = {colour[x].r, colour[x].g, colour[x].b};
+    }
   });
 }
 
@@ -364,6 +367,12 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
   const ShadedPicture shaded{in_image ? &colour_copy_ : &targets_.radiance, in_image ? 4u : 3u, finish.sample,
                              finish.samples};
   finishes_ = DeviceEffects::called_for(finish.plan, shaded);
+  if (in_image && copies_colour() && !colour_copy_.handle) {
+    TRY(colour_copy_,
+        gpu::make_buffer(*device_, uint64_t{targets_.extent().width} * targets_.extent().height * sizeof(vec4),
+                         VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                         gpu::MemoryUse::readback));
+  }
   if (finishes_) TRY_STATUS(effects_.prepare(*device_, finish.plan, shaded));
   double prepare_ms = watch.lap_ms();
   for (const PassReport& row : report.passes) prepare_ms -= row.ms;

@@ -95,6 +95,8 @@ class Rasterizer {
   world::Status fill_textures(const TextureSet& textures);
   world::Status bind_shared(const Drawing& drawing);
   world::Status record(VkCommandBuffer commands, const Drawing& drawing);
+  /// Of an image that the processor can't read where it lies, or that effects read on the device.
+  bool copies_colour() const { return finishes_ || targets_.colour.row_bytes == 0; }
   void record_read_back(VkCommandBuffer commands);
   void read_back(Image& image) const;
 
