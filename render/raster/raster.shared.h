@@ -21,8 +21,8 @@ SHARED_CONST uint kBindMaterials = 3;  // vec4 texels: albedo, emitted radiance
 SHARED_CONST uint kBindSeen = 4;       // texture  what each pixel sees
 SHARED_CONST uint kBindRadiance = 5;   // float[3 * pixels]
 SHARED_CONST uint kBindRegions = 6;    // ivec4 texels: shadow grid: hash table, region position and place + 1; 0: free
-SHARED_CONST uint kBindGroups = 7;     // uvec4 texels: shadow grid: two a group of 4^3 leaves, 64 groups a region
-SHARED_CONST uint kBindMasks = 8;      // uvec2 texels: shadow grid: 8 a mixed leaf
+SHARED_CONST uint kBindLeaves = 7;     // uint texels: shadow grid: 16^3 a region, kLeaf...
+SHARED_CONST uint kBindMasks = 8;      // uint texels: shadow grid: 16 a mixed leaf
 SHARED_CONST uint kBindDepth = 9;      // texture  depth of what is drawn so far
 SHARED_CONST uint kBindTiles = 10;     // float[]  farthest depth of each tile of pixels
 SHARED_CONST uint kBindCandidates =
@@ -77,9 +77,10 @@ SHARED_CONST float kVertexSteps = 256.0f / 1.25f;
 
 SHARED_CONST uint kShadeGroup = 8;  // the shading pass works on squares of 8 x 8 pixels
 
-/// A group of 4^3 leaves: which hold any opaque voxel (64 bits), which hold nothing else (64 bits), and the place of
-/// the mask of its first mixed leaf; the others follow in order of their bits. Two texels of 4 words.
-SHARED_CONST uint kGroupWords = 8;
+/// The word of a leaf of the shadow grid: clear, and of which aligned cube of 16 or 32 voxels all is; full; or
+/// kLeafMixed + place of its mask. Single words, which software gathers for all lanes at once; wider texels it fetches
+/// one by one.
+SHARED_CONST uint kLeafClear = 0u, kLeafInClear16 = 1u, kLeafInClear32 = 2u, kLeafFull = 3u, kLeafMixed = 4u;
 
 /// Specialisation constants.
 SHARED_CONST uint kSpecExactEdges = 0;

@@ -158,7 +158,7 @@ world::Status Rasterizer::bind_shared(const Drawing& drawing) {
   TRY_STATUS(context().fill(picture_, &constants, sizeof constants, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT));
   bindings_.bind(kBindPicture, picture_);
   bindings_.bind(kBindRegions, shadow_grid_.regions());
-  bindings_.bind(kBindGroups, shadow_grid_.groups());
+  bindings_.bind(kBindLeaves, shadow_grid_.leaves());
   bindings_.bind(kBindMasks, shadow_grid_.masks());
   bindings_.bind(kBindLightRegions, light_grid_.regions());
   bindings_.bind(kBindLightLeafOf, light_grid_.leaf_of());

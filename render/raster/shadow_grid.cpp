@@ -8,7 +8,7 @@ namespace render::raster {
 
 namespace {
 
-constexpr uint32_t kRegionWords = 64 * kGroupWords;
+constexpr uint32_t kRegionWords = 16 * 16 * 16;  // leaves
 
 uint32_t mixed_leaves(const world::MaskRegion& region) {
   uint32_t count = 0;
@@ -16,21 +16,27 @@ uint32_t mixed_leaves(const world::MaskRegion& region) {
   return count;
 }
 
-/// Writes a region's groups and its masks in order of group and bit.
-void write_region(const world::MaskRegion& region, uint32_t first_mask, uint32_t* groups, world::LeafMask* masks) {
+/// Of a group's 4^3 leaves, the bits of those in the same aligned cube of 2^3.
+uint64_t cube_of(int bit) { return uint64_t{0x330033} << (bit & 0x2a); }
+
+/// Writes a region's words and its masks, group by group and in order of bits.
+void write_region(const world::MaskRegion& region, uint32_t first_mask, uint32_t* words, world::LeafMask* masks) {
   uint32_t mask = 0;
   for (uint32_t g = 0; g < 64; ++g) {
-    uint32_t* out = groups + g * kGroupWords;
-    std::memcpy(out, &region.any[g], 8);
-    std::memcpy(out + 2, &region.full[g], 8);
-    out[4] = first_mask + mask;
-    std::fill(out + 5, out + kGroupWords, 0u);
-    for (uint64_t mixed = region.any[g] & ~region.full[g]; mixed; mixed &= mixed - 1) {
-      const int bit = std::countr_zero(mixed);
+    const uint64_t any = region.any[g], full = region.full[g];
+    for (int bit = 0; bit < 64; ++bit) {
       const world::LeafPos leaf{static_cast<int32_t>(g >> 4) * 4 + (bit >> 4),
                                 static_cast<int32_t>(g >> 2 & 3) * 4 + (bit >> 2 & 3),
                                 static_cast<int32_t>(g & 3) * 4 + (bit & 3)};
-      masks[mask++] = region.leaf(leaf);
+      uint32_t& word = words[leaf.x * 256 + leaf.y * 16 + leaf.z];
+      if (!(any >> bit & 1)) {
+        word = !any ? kLeafInClear32 : !(any & cube_of(bit)) ? kLeafInClear16 : kLeafClear;
+      } else if (full >> bit & 1) {
+        word = kLeafFull;
+      } else {
+        word = kLeafMixed + first_mask + mask;
+        masks[mask++] = region.leaf(leaf);
+      }
     }
   }
 }
@@ -65,20 +71,20 @@ world::Result<uint64_t> ShadowGrid::rebuild(gpu::Device& device, const world::Ma
   table_size_ = std::bit_ceil(static_cast<uint32_t>(2 * regions.size() + 1));
 
   const uint64_t table_bytes = uint64_t{table_size_} * sizeof(ivec4);
-  const uint64_t group_bytes = regions.size() * kRegionWords * sizeof(uint32_t);
+  const uint64_t leaf_bytes = regions.size() * kRegionWords * sizeof(uint32_t);
   const uint64_t mask_bytes = masks * sizeof(world::LeafMask);
   const uint64_t texels = device.limits().maxTexelBufferElements;
   const auto fits = [&](uint64_t size, uint64_t texel) { return size <= std::min(binding_limit, texels * texel); };
-  if (!fits(mask_bytes, 8) || !fits(group_bytes, 16) || !fits(table_bytes, 16))
+  if (!fits(mask_bytes, 4) || !fits(leaf_bytes, 4) || !fits(table_bytes, 16))
     return world::Error{world::ErrorKind::usage, "the world is too large for the sun's shadow on this device (" +
                                                      std::to_string(mask_bytes >> 20) + " MiB of masks, at most " +
-                                                     std::to_string(std::min(binding_limit, texels * 8) >> 20) +
+                                                     std::to_string(std::min(binding_limit, texels * 4) >> 20) +
                                                      "); set sun_shadow to none or use the raycast backend"};
   TRY(regions_, make_texels(device, table_bytes, VK_FORMAT_R32G32B32A32_SINT));
-  TRY(groups_, make_texels(device, group_bytes, VK_FORMAT_R32G32B32A32_UINT));
-  TRY(masks_, make_texels(device, mask_bytes, VK_FORMAT_R32G32_UINT));
+  TRY(leaves_, make_texels(device, leaf_bytes, VK_FORMAT_R32_UINT));
+  TRY(masks_, make_texels(device, mask_bytes, VK_FORMAT_R32_UINT));
 
-  const uint64_t groups_at = table_bytes, masks_at = groups_at + (group_bytes + 63) / 64 * 64;
+  const uint64_t leaves_at = table_bytes, masks_at = leaves_at + (leaf_bytes + 63) / 64 * 64;
   TRY(const gpu::Buffer staging,
       gpu::make_buffer(device, masks_at + mask_bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, gpu::MemoryUse::upload));
   auto* table = reinterpret_cast<ivec4*>(staging.mapped());
@@ -89,16 +95,16 @@ world::Result<uint64_t> ShadowGrid::rebuild(gpu::Device& device, const world::Ma
     while (table[slot].w) slot = (slot + 1) & (table_size_ - 1);
     table[slot] = ivec4(region->pos.x, region->pos.y, region->pos.z, static_cast<int>(place.index) + 1);
     write_region(*region, place.first_mask,
-                 reinterpret_cast<uint32_t*>(staging.mapped() + groups_at) + place.index * kRegionWords,
+                 reinterpret_cast<uint32_t*>(staging.mapped() + leaves_at) + place.index * kRegionWords,
                  reinterpret_cast<world::LeafMask*>(staging.mapped() + masks_at) + place.first_mask);
   }
   TRY_STATUS(device.run([&](VkCommandBuffer commands) {
-    const VkBufferCopy copies[] = {{0, 0, table_bytes}, {groups_at, 0, group_bytes}, {masks_at, 0, mask_bytes}};
+    const VkBufferCopy copies[] = {{0, 0, table_bytes}, {leaves_at, 0, leaf_bytes}, {masks_at, 0, mask_bytes}};
     vkCmdCopyBuffer(commands, staging.handle, regions_.handle, 1, &copies[0]);
-    if (group_bytes) vkCmdCopyBuffer(commands, staging.handle, groups_.handle, 1, &copies[1]);
+    if (leaf_bytes) vkCmdCopyBuffer(commands, staging.handle, leaves_.handle, 1, &copies[1]);
     if (mask_bytes) vkCmdCopyBuffer(commands, staging.handle, masks_.handle, 1, &copies[2]);
   }));
-  return table_bytes + group_bytes + mask_bytes;
+  return table_bytes + leaf_bytes + mask_bytes;
 }
 
 world::Result<uint64_t> ShadowGrid::update(gpu::Device& device, const world::MaskVolume& opaque,
@@ -120,29 +126,29 @@ world::Result<uint64_t> ShadowGrid::update(gpu::Device& device, const world::Mas
   std::erase_if(changed, [&](const world::RegionPos pos) { return !places_.contains(pos); });
   if (changed.empty()) return uint64_t{0};
 
-  const uint64_t groups_bytes = changed.size() * kRegionWords * sizeof(uint32_t);
-  const uint64_t bytes = groups_bytes + mask_count * sizeof(world::LeafMask);
+  const uint64_t leaves_bytes = changed.size() * kRegionWords * sizeof(uint32_t);
+  const uint64_t bytes = leaves_bytes + mask_count * sizeof(world::LeafMask);
   TRY(const gpu::Buffer staging,
       gpu::make_buffer(device, bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, gpu::MemoryUse::upload));
-  std::vector<VkBufferCopy> group_copies, mask_copies;
-  uint64_t groups_at = 0, masks_at = groups_bytes;
+  std::vector<VkBufferCopy> leaf_copies, mask_copies;
+  uint64_t leaves_at = 0, masks_at = leaves_bytes;
   const world::MaskRegion clear{};
   for (const world::RegionPos pos : changed) {
     const world::MaskRegion* region = opaque.region(pos);
     const Place& place = places_.at(pos);
-    write_region(region ? *region : clear, place.first_mask, reinterpret_cast<uint32_t*>(staging.mapped() + groups_at),
+    write_region(region ? *region : clear, place.first_mask, reinterpret_cast<uint32_t*>(staging.mapped() + leaves_at),
                  reinterpret_cast<world::LeafMask*>(staging.mapped() + masks_at));
     constexpr uint64_t kBytes = kRegionWords * sizeof(uint32_t);
-    group_copies.push_back({groups_at, place.index * kBytes, kBytes});
-    groups_at += kBytes;
+    leaf_copies.push_back({leaves_at, place.index * kBytes, kBytes});
+    leaves_at += kBytes;
     if (const uint64_t size = region ? mixed_leaves(*region) * sizeof(world::LeafMask) : 0) {
       mask_copies.push_back({masks_at, place.first_mask * sizeof(world::LeafMask), size});
       masks_at += size;
     }
   }
   TRY_STATUS(device.run([&](VkCommandBuffer commands) {
-    vkCmdCopyBuffer(commands, staging.handle, groups_.handle, static_cast<uint32_t>(group_copies.size()),
-                    group_copies.data());
+    vkCmdCopyBuffer(commands, staging.handle, leaves_.handle, static_cast<uint32_t>(leaf_copies.size()),
+                    leaf_copies.data());
     if (!mask_copies.empty())
       vkCmdCopyBuffer(commands, staging.handle, masks_.handle, static_cast<uint32_t>(mask_copies.size()),
                       mask_copies.data());

@@ -1,5 +1,5 @@
-/// The opaque voxels of a world on the device, for rays towards the sun: a hash table of regions; a region's 64 groups
-/// of 4^3 leaves; and 64 bytes a mixed leaf (see raster.shared.h). Clear and full leaves cost no mask.
+/// The opaque voxels of a world on the device, for rays towards the sun: a hash table of regions; a word for each of a
+/// region's 16^3 leaves; and 64 bytes a mixed leaf (see raster.shared.h). Clear and full leaves cost no mask.
 #pragma once
 
 #include <span>
@@ -22,7 +22,7 @@ class ShadowGrid {
                                  std::span<const world::LeafPos> dirty);
 
   const gpu::Buffer& regions() const { return regions_; }
-  const gpu::Buffer& groups() const { return groups_; }
+  const gpu::Buffer& leaves() const { return leaves_; }
   const gpu::Buffer& masks() const { return masks_; }
   world::RegionPos min_region() const { return min_; }
   world::RegionPos max_region() const { return max_; }
@@ -32,10 +32,10 @@ class ShadowGrid {
 
  private:
   struct Place {
-    uint32_t index = 0;                 // of the region in `groups`
+    uint32_t index = 0;                 // of the region in `leaves`
     uint32_t first_mask = 0, room = 0;  // masks that it may hold
   };
-  gpu::Buffer regions_, groups_, masks_;
+  gpu::Buffer regions_, leaves_, masks_;
   std::unordered_map<world::RegionPos, Place, world::PosHash> places_;
   world::RegionPos min_{0, 0, 0}, max_{-1, -1, -1};
   uint32_t table_size_ = 1;

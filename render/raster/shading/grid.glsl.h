@@ -5,11 +5,11 @@
 #include "render/raster/shading/picture.glsl.h"
 
 layout(binding = kBindRegions) uniform isamplerBuffer regions;
-layout(binding = kBindGroups) uniform usamplerBuffer groups;
+layout(binding = kBindLeaves) uniform usamplerBuffer leaves;
 layout(binding = kBindMasks) uniform usamplerBuffer masks;
 layout(binding = kBindSunHeights) uniform usamplerBuffer sun_heights;
 
-/// The place of a region in `groups`, or -1 where all of it is clear.
+/// The place of a region in `leaves`, or -1 where all of it is clear.
 int find_region(ivec3 region) {
   const uint last = uint(picture.region_min.w);
   for (uint i = region_hash(region.x, region.y, region.z);; ++i) {
@@ -19,24 +19,16 @@ int find_region(ivec3 region) {
   }
 }
 
-/// Size of the clear aligned cube around a voxel: 128, 32, 8 or 1; 0 where the voxel is opaque.
+/// Size of the clear aligned cube around a voxel: 128, 32, 16, 8 or 1; 0 where the voxel is opaque.
 int clear_cube(ivec3 voxel, int region) {
   if (region < 0) return 128;
-  const ivec3 leaf = voxel >> 3, g = leaf >> 2 & 3, l = leaf & 3, v = voxel & 7;
-  const int at = 2 * (region * 64 + g.x * 16 + g.y * 4 + g.z);
-  const uint bit = uint(l.x * 16 + l.y * 4 + l.z);
-  const uvec4 group = texelFetch(groups, at);
-  const uvec2 any = group.xy, full = group.zw;
-  if ((any.x | any.y) == 0u) return 32;
-  if (((bit < 32u ? any.x : any.y) >> (bit & 31u) & 1u) == 0u) return 8;
-  if (((bit < 32u ? full.x : full.y) >> (bit & 31u) & 1u) != 0u) return 0;
-  const uvec2 mixed = any & ~full;
-  const uint below = (1u << (bit & 31u)) - 1u;
-  const uint before = bit < 32u ? uint(bitCount(mixed.x & below)) : uint(bitCount(mixed.x) + bitCount(mixed.y & below));
-  const uint index = uint(v.y * 8 + v.z);
-  const uvec2 slice = texelFetch(masks, int(texelFetch(groups, at + 1).x + before) * 8 + v.x).xy;
-  const uint word = index < 32u ? slice.x : slice.y;
-  return (word >> (index & 31u) & 1u) != 0u ? 0 : 1;
+  const ivec3 leaf = voxel >> 3 & 15, v = voxel & 7;
+  const uint word = texelFetch(leaves, region * 4096 + leaf.x * 256 + leaf.y * 16 + leaf.z).r;
+  if (word < kLeafFull) return 8 << int(word);
+  if (word == kLeafFull) return 0;
+  const uint index = uint(v.x * 64 + v.y * 8 + v.z);
+  const uint voxels = texelFetch(masks, int((word - kLeafMixed) * 16u + (index >> 5u))).r;
+  return (voxels >> (index & 31u) & 1u) != 0u ? 0 : 1;
 }
 
 /// Whether nothing opaque lies along a direction up to t_max from a point of a voxel. Distances are relative to the
