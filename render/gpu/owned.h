@@ -61,8 +61,8 @@ world::Result<Buffer> make_texel_buffer(Device& device, VkDeviceSize size, VkFor
                                         MemoryUse use);
 world::Result<DeviceImage> make_image(Device& device, VkExtent2D extent, VkFormat format, VkImageUsageFlags usage,
                                       VkImageAspectFlags aspect);
-/// One of colour whose rows the processor reads where they lie, if the device is a processor itself, which places texels
-/// row by row anyway; any other gets that of make_image(), with row_bytes 0.
+/// One of colour whose rows the processor reads where they lie, if the device is a processor itself, which places
+/// texels row by row anyway; any other gets that of make_image(), with row_bytes 0.
 world::Result<DeviceImage> make_host_image(Device& device, VkExtent2D extent, VkFormat format, VkImageUsageFlags usage);
 
 }  // namespace render::gpu

@@ -10,6 +10,7 @@ layout(constant_id = kSpecExactEdges) const bool kExactEdges = true;
 layout(constant_id = kSpecBlends) const bool kBlends = false;
 layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
 
+#include "render/raster/fragment_ray.glsl.h"
 #include "render/raster/mirror.glsl.h"
 #include "render/raster/rectangle_test.glsl.h"
 
@@ -20,12 +21,10 @@ layout(location = 0) out uvec2 seen_out;
 void main() {
   const uvec2 seen = face.xy;
   if (kBlends && !chunk_shown(face.z, floor(gl_FragCoord.xy))) discard;
-  if (kExactEdges) {
-    const vec3 ray = picture.corner.xyz + gl_FragCoord.x * picture.step_x.xyz + gl_FragCoord.y * picture.step_y.xyz;
-    if (!meets_rectangle(seen_face(seen.x) >> 1, uintBitsToFloat(face.w), rectangle, ray)) discard;
-  }
+  if (kExactEdges && !meets_rectangle(seen_face(seen.x) >> 1, uintBitsToFloat(face.w), rectangle, fragment_ray()))
+    discard;
   if (kClips) {
-    const vec3 ray = picture.corner.xyz + gl_FragCoord.x * picture.step_x.xyz + gl_FragCoord.y * picture.step_y.xyz;
+    const vec3 ray = fragment_ray();
     const uint axis = seen_face(seen.x) >> 1;
     if (behind_mirror((float(int(seen.y)) - picture.fraction[axis]) / ray[axis] * ray)) discard;
   }

@@ -16,16 +16,13 @@ layout(constant_id = kSpecListedPixels) const bool kListedPixels = false;
 layout(binding = kBindLayerPixels, std430) writeonly buffer Pixels { uint pixels[]; };
 layout(binding = kBindLayerDispatch, std430) buffer Dispatch { uint layer_groups, one_y, one_z, pixel_count; };
 
-layout(location = 0) flat in uvec2 seen;
+#include "render/raster/fragment_ray.glsl.h"
+
+layout(location = 0) flat in uvec3 seen;
 layout(location = 1) flat in vec4 rectangle;
 
 void main() {
-  if (kExactEdges) {
-    const vec3 ray = picture.corner.xyz + gl_FragCoord.x * picture.step_x.xyz + gl_FragCoord.y * picture.step_y.xyz;
-    const uint axis = seen.x >> 14u & 3u;
-    const vec3 offsets = float(int(seen.y)) - picture.fraction.xyz - picture.fraction_rest.xyz;
-    if (!meets_rectangle(axis, axis == 0u ? offsets.x : axis == 1u ? offsets.y : offsets.z, rectangle, ray)) return;
-  }
+  if (kExactEdges && !meets_rectangle(seen.x >> 14u & 3u, uintBitsToFloat(seen.z), rectangle, fragment_ray())) return;
   const uint node = atomicAdd(count, 1u);
   if (node >= uint(layers.eye.y)) return;  // counted: the next try has room
   const uvec2 pixel = uvec2(gl_FragCoord.xy);

@@ -63,6 +63,7 @@ SHARED_CONST uint kBindBlockerLeaves = 37;   // uint[]   as kBindBlockLeaves
 SHARED_CONST uint kBindBlockerCodes = 38;    // uint[]   as kBindBlockIds: kind of see-through block, or kBlockerShape
 SHARED_CONST uint kBindBlockerKinds = 39;    // ivec4 low region, w: slots less 1; high region; SeeThroughBlock[]
 SHARED_CONST uint kBindMirrorStrips = 40;    // vec4[]   mirror_stencil_pass.h: relative to the camera
+SHARED_CONST uint kBindRays = 41;            // vec4 texels: corner, step_x and step_y of the picture
 
 SHARED_CONST uint kBlockerShape = 0x8000u;  // | number of its first quad
 SHARED_CONST uint kBlockerCube = 0x7fffu;   // hides all
@@ -98,6 +99,7 @@ SHARED_CONST uint kSpecSeenPutOff = 11;       // kSeenShape, kSeenMesh: what sha
 SHARED_CONST uint kSpecMeshes = 12;           // bool: there are triangles, which rays to lights may meet
 SHARED_CONST uint kSpecMeshPixels = 13;       // bool: pixels may see them
 SHARED_CONST uint kSpecTrianglesAlone = 14;   // bool: they stand for the voxels too: rays to lights meet nothing else
+SHARED_CONST uint kSpecTexelRays = 15;        // bool: rays of pixels are those of kBindRays, else of the constants
 SHARED_CONST uint kSpecSkyModel = 32;         // bool: the sky of a time of day
 SHARED_CONST uint kSpecLuminaires = 33;       // bool
 SHARED_CONST uint kSpecMedia = 34;            // bool

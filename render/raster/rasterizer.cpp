@@ -158,6 +158,9 @@ world::Status Rasterizer::bind_shared(const Drawing& drawing) {
   triangles_.describe(constants);
   TRY_STATUS(context().fill(picture_, &constants, sizeof constants, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT));
   bindings_.bind(kBindPicture, picture_);
+  const vec4 rays[] = {constants.corner, constants.step_x, constants.step_y};
+  TRY_STATUS(context().fill_texels(rays_, VK_FORMAT_R32G32B32A32_SFLOAT, rays, sizeof rays));
+  bindings_.bind(kBindRays, rays_);
   bindings_.bind(kBindRegions, shadow_grid_.regions());
   bindings_.bind(kBindLeaves, shadow_grid_.leaves());
   bindings_.bind(kBindMasks, shadow_grid_.masks());

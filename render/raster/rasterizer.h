@@ -118,7 +118,7 @@ class Rasterizer {
   shared::SunMapFrame sun_map_frame_{};
   uint64_t sun_map_version_ = 0;
   Targets targets_;
-  gpu::Buffer picture_, colour_copy_;
+  gpu::Buffer picture_, rays_, colour_copy_;
   std::string warning_;
   Bindings bindings_;
   Timestamps times_;

@@ -1,15 +1,12 @@
 // Where the ray of a pixel meets a face of a shape: what the fragment shaders of shapes share. Needs `picture`.
 #ifndef LOAM_RENDER_RASTER_SHAPE_FACE_GLSL_H
 #define LOAM_RENDER_RASTER_SHAPE_FACE_GLSL_H
+#include "render/raster/fragment_ray.glsl.h"
 
 layout(binding = kBindShapeQuads) uniform samplerBuffer quads;
 
 /// Faces that meet overlap by this, so that rounding leaves no gap between them.
 const float kOverlap = 1e-5;
-
-vec3 ray_of_pixel() {
-  return picture.corner.xyz + gl_FragCoord.x * picture.step_x.xyz + gl_FragCoord.y * picture.step_y.xyz;
-}
 
 /// on: a place in the face's own axes, 0..1 on it.
 bool lies_within(vec2 on) {

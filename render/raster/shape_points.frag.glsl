@@ -16,7 +16,7 @@ layout(location = 0) out uvec2 seen_out;
 
 void main() {
   if (kBlends && !chunk_shown(shape.w, floor(gl_FragCoord.xy))) discard;
-  const vec3 ray = ray_of_pixel();
+  const vec3 ray = fragment_ray();
   // Faces that look away lie behind those that don't.
   float nearest = 1e30;
   uint seen = 0u;

@@ -20,7 +20,7 @@ void main() {
   if (kBlends && !chunk_shown(detail, floor(gl_FragCoord.xy))) discard;
   if (kExactEdges || kClips) {
     const uint quad = seen.x & ~kSeenShape;
-    const vec3 ray = ray_of_pixel();
+    const vec3 ray = fragment_ray();
     const float t = distance_to_face(quad, corner, ray);
     if (kExactEdges && !lies_on_face(quad, corner, ray, t)) discard;
     if (behind_mirror(t * ray)) discard;

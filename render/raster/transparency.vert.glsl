@@ -14,7 +14,7 @@ layout(binding = kBindLayerChunks, std430) readonly buffer Chunks { ivec4 chunks
 
 #include "render/raster/face_vertex.glsl.h"
 
-layout(location = 0) flat out uvec2 seen;      // packed interface, plane
+layout(location = 0) flat out uvec3 seen;      // packed interface, plane, its offset from the camera as a float's bits
 layout(location = 1) flat out vec4 rectangle;  // low u, low v, high u, high v, relative to the camera
 
 void main() {
@@ -27,7 +27,8 @@ void main() {
   const ivec3 voxel = chunks[chunk].xyz + ivec3(face_voxel(record.x));
   const int plane = voxel[axis] + (face & 1);
   const float offset = float(plane) - picture.fraction[axis] - picture.fraction_rest[axis];
-  seen = uvec2(packed_interface(face_block(record.y), uint(face), record.y >> 19), uint(plane));
+  seen = uvec3(packed_interface(face_block(record.y), uint(face), record.y >> 19), uint(plane),
+               floatBitsToUint(offset));
 
   // From integers, so that the common edge of two faces has the same bits in both.
   const vec2 fraction = vec2(picture.fraction[u], picture.fraction[v]);

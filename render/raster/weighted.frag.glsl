@@ -9,7 +9,7 @@
 
 layout(early_fragment_tests) in;
 layout(constant_id = kSpecExactEdges) const bool kExactEdges = true;
-layout(location = 0) flat in uvec2 seen;
+layout(location = 0) flat in uvec3 seen;
 layout(location = 1) flat in vec4 rectangle;
 layout(location = 0) out vec4 shown_out;
 layout(location = 1) out vec4 depth_out;
@@ -19,10 +19,7 @@ void main() {
   const vec3 ray = pixel_ray(gl_FragCoord.xy);
   const Interface i = interface_of(seen.x, int(seen.y), ray);
   const uint axis = i.face >> 1u;
-  const vec3 offsets = float(i.plane) - picture.fraction.xyz - picture.fraction_rest.xyz;
-  if (kExactEdges &&
-      !meets_rectangle(axis, axis == 0u ? offsets.x : axis == 1u ? offsets.y : offsets.z, rectangle, ray))
-    discard;
+  if (kExactEdges && !meets_rectangle(axis, uintBitsToFloat(seen.z), rectangle, ray)) discard;
   const float inverse_length = inversesqrt(dot(ray, ray)), t = i.t * dot(ray, ray) * inverse_length;
   if (t > picture.sun.w) discard;
   const vec3 direction = ray * inverse_length;
