@@ -4,6 +4,7 @@
 // Puts the layers of each pixel in order and adds them to what was seen behind them. The order is that of (t, axis), as
 // a ray crosses the planes of the grid; the next in order is sought anew each time, so that lists may be of any length
 // and no pixel needs room of its own.
+#define PICTURE_READ_FIRST
 #include "render/raster/bodies.glsl.h"
 #include "render/raster/reflection.glsl.h"
 
@@ -34,6 +35,7 @@ struct Bend {
 };
 
 void main() {
+  read_picture();
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
   if (kListedPixels) {
     const uint place = gl_WorkGroupID.x * 64u + gl_LocalInvocationIndex;

@@ -2,6 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_samplerless_texture_functions : require
 // Radiance of what was put off, and of bands of a picture that is too large for an image: there of each pixel.
+#define PICTURE_READ_FIRST
 #include "render/raster/shading/pixel.glsl.h"
 #include "render/raster/shading/put_off.glsl.h"
 
@@ -14,6 +15,7 @@ layout(binding = kBindRadiance, std430) writeonly buffer Radiance { float radian
 layout(binding = kBindColour, rgba32f) writeonly uniform image2D colour_image;
 
 void main() {
+  read_picture();
   const uint width = uint(picture.screen.x);
   uvec2 of_band = gl_GlobalInvocationID.xy;
   if (kPutOff) {

@@ -8,8 +8,8 @@ layout(constant_id = kSpecLight) const uint kLight = 0u;
 layout(constant_id = kSpecInterpolation) const uint kInterpolation = 0u;
 layout(constant_id = kSpecCornerOcclusion) const bool kCornerOcclusion = false;
 
-#ifdef PICTURE_FROM_VERTICES
-#include "render/raster/shading/flat_picture.glsl.h"
+#if defined(PICTURE_FROM_VERTICES) || defined(PICTURE_READ_FIRST)
+#include "render/raster/shading/read_picture.glsl.h"
 #else
 layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
 #define picture_arrays picture

@@ -1,11 +1,15 @@
-// The picture's constants for a triangle over the whole picture: those that every pixel reads come with its vertices.
-// Software reads a number of a uniform buffer in a fragment shader lane by lane, some 24 instructions each; a flat
-// input is one. A shader that defines PICTURE_FROM_VERTICES calls read_picture() first of all.
-#ifndef LOAM_RENDER_RASTER_SHADING_FLAT_PICTURE_GLSL_H
-#define LOAM_RENDER_RASTER_SHADING_FLAT_PICTURE_GLSL_H
+// The picture's constants, read before all else. Software reads a number of a uniform buffer lane by lane, some 24
+// instructions each, in a fragment shader and behind any branch of a compute shader; at a compute shader's start it is
+// one. A triangle over the whole picture brings those that every pixel reads with its vertices, as flat inputs.
+// A shader that defines PICTURE_FROM_VERTICES or PICTURE_READ_FIRST calls read_picture() first of all.
+#ifndef LOAM_RENDER_RASTER_SHADING_READ_PICTURE_GLSL_H
+#define LOAM_RENDER_RASTER_SHADING_READ_PICTURE_GLSL_H
 #include "render/raster/raster.shared.h"
 
-#ifdef FLAT_PICTURE_OUT
+layout(binding = kBindPicture) uniform Picture { PictureConstants picture_arrays; };
+
+#if defined(PICTURE_TO_FRAGMENTS) || defined(PICTURE_FROM_VERTICES)
+#ifdef PICTURE_TO_FRAGMENTS
 #define FLAT_PICTURE flat out
 #else
 #define FLAT_PICTURE flat in
@@ -27,10 +31,9 @@ layout(location = 13) FLAT_PICTURE ivec4 flat_sun_base;
 layout(location = 14) FLAT_PICTURE vec4 flat_sun_slope;
 layout(location = 15) FLAT_PICTURE vec4 flat_eye_absorption;
 layout(location = 16) FLAT_PICTURE vec4 flat_screen;
+#endif
 
-layout(binding = kBindPicture) uniform Picture { PictureConstants picture_arrays; };
-
-#ifdef FLAT_PICTURE_OUT
+#ifdef PICTURE_TO_FRAGMENTS
 void write_picture() {
   flat_corner = picture_arrays.corner;
   flat_step_x = picture_arrays.step_x;
@@ -55,21 +58,21 @@ void write_picture() {
 PictureConstants picture;
 
 void read_picture() {
-  picture.corner = flat_corner;
-  picture.step_x = flat_step_x;
-  picture.step_y = flat_step_y;
+  picture.corner = picture_arrays.corner;
+  picture.step_x = picture_arrays.step_x;
+  picture.step_y = picture_arrays.step_y;
   picture.clip_x = picture_arrays.clip_x;
   picture.clip_y = picture_arrays.clip_y;
   picture.clip_w = picture_arrays.clip_w;
-  picture.fraction = flat_fraction;
-  picture.fraction_rest = flat_fraction_rest;
-  picture.sun = flat_sun;
-  picture.sky_zenith = flat_sky_zenith;
-  picture.sky_horizon = flat_sky_horizon;
-  picture.sky_ground = flat_sky_ground;
-  picture.camera_voxel = flat_camera_voxel;
-  picture.region_min = flat_region_min;
-  picture.region_max = flat_region_max;
+  picture.fraction = picture_arrays.fraction;
+  picture.fraction_rest = picture_arrays.fraction_rest;
+  picture.sun = picture_arrays.sun;
+  picture.sky_zenith = picture_arrays.sky_zenith;
+  picture.sky_horizon = picture_arrays.sky_horizon;
+  picture.sky_ground = picture_arrays.sky_ground;
+  picture.camera_voxel = picture_arrays.camera_voxel;
+  picture.region_min = picture_arrays.region_min;
+  picture.region_max = picture_arrays.region_max;
   picture.map_u = picture_arrays.map_u;
   picture.map_v = picture_arrays.map_v;
   picture.map_w = picture_arrays.map_w;
@@ -82,14 +85,33 @@ void read_picture() {
   picture.media = picture_arrays.media;
   picture.light_samples = picture_arrays.light_samples;
   picture.sun_irradiance = picture_arrays.sun_irradiance;
-  picture.eye_absorption = flat_eye_absorption;
+  picture.eye_absorption = picture_arrays.eye_absorption;
   picture.sky = picture_arrays.sky;
+  picture.sun_cells = picture_arrays.sun_cells;
+  picture.sun_base = picture_arrays.sun_base;
+  picture.sun_slope = picture_arrays.sun_slope;
+  picture.meshes = picture_arrays.meshes;
+  picture.mesh_base = picture_arrays.mesh_base;
+  picture.screen = picture_arrays.screen;
+#ifdef PICTURE_FROM_VERTICES
+  picture.corner = flat_corner;
+  picture.step_x = flat_step_x;
+  picture.step_y = flat_step_y;
+  picture.fraction = flat_fraction;
+  picture.fraction_rest = flat_fraction_rest;
+  picture.sun = flat_sun;
+  picture.sky_zenith = flat_sky_zenith;
+  picture.sky_horizon = flat_sky_horizon;
+  picture.sky_ground = flat_sky_ground;
+  picture.camera_voxel = flat_camera_voxel;
+  picture.region_min = flat_region_min;
+  picture.region_max = flat_region_max;
   picture.sun_cells = flat_sun_cells;
   picture.sun_base = flat_sun_base;
   picture.sun_slope = flat_sun_slope;
-  picture.meshes = picture_arrays.meshes;
-  picture.mesh_base = picture_arrays.mesh_base;
+  picture.eye_absorption = flat_eye_absorption;
   picture.screen = flat_screen;
+#endif
 }
 #endif
 
