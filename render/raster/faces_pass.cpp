@@ -109,7 +109,8 @@ world::Status FacesPass::prepare(PassContext& context, const Drawing& drawing, F
   // What is stored coarsely would hide what it doesn't.
   const bool may_test = drawing.near >= kNearestForOcclusion && context.targets.depth_format == kDepthFormat;
   // Impostors are made in images of the usual format, by the pipeline of faces.
-  const bool pictured = Impostors::called_for(drawing) && context.targets.depth_format == kDepthFormat;
+  const bool pictured =
+      Impostors::called_for(drawing) && Impostors::fit(context.device) && context.targets.depth_format == kDepthFormat;
   world::Status chosen;
   TakeChunks take;
   if (pictured)

@@ -26,7 +26,6 @@ constexpr uint32_t kSettled = 2;
 constexpr uint64_t kMostFacesMade = 32768;
 /// The images in which impostors are made.
 constexpr int kImageTexels = 1024;
-constexpr uint32_t kPageTexels = 2u << 20;
 /// A camera that moves farther from one picture to the next was put somewhere else.
 constexpr double kJump = 64;  // m
 constexpr size_t kEyes = 8;
@@ -165,8 +164,8 @@ world::Result<uint64_t> Impostors::make_room(PassContext& context, const Imposto
       }
     if (bytes() + kPageTexels * sizeof(uvec2) <= most_bytes) {
       Page page;
-      TRY(page.texels, gpu::make_buffer(context.device, kPageTexels * sizeof(uvec2), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                                        gpu::MemoryUse::device));
+      TRY(page.texels, gpu::make_texel_buffer(context.device, kPageTexels * sizeof(uvec2), VK_FORMAT_R32G32_UINT,
+                                              VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::MemoryUse::device));
       page.free = FreeRanges(kPageTexels);
       pages_.push_back(std::move(page));
       continue;

@@ -7,7 +7,9 @@
 
 layout(constant_id = kSpecBlends) const bool kBlends = false;
 layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
-layout(binding = kBindImpostorTexels, std430) readonly buffer Texels { uvec2 texels[]; };
+layout(binding = kBindImpostorTexels) uniform usamplerBuffer texels;
+
+#include "render/raster/fragment_ray.glsl.h"
 
 layout(location = 0) flat in vec4 row_x;
 layout(location = 1) flat in vec4 row_y;
@@ -15,6 +17,8 @@ layout(location = 2) flat in vec4 row_w;
 layout(location = 3) flat in vec4 depth;
 layout(location = 4) flat in ivec4 chunk;
 layout(location = 5) flat in uvec4 first;
+layout(location = 6) flat in vec4 fraction;
+layout(location = 7) flat in vec3 fraction_rest;
 layout(location = 0) out uvec2 seen_out;
 
 void main() {
@@ -22,13 +26,13 @@ void main() {
   const vec3 pixel = vec3(gl_FragCoord.xy, 1);
   const vec2 at = floor(vec2(dot(row_x.xyz, pixel), dot(row_y.xyz, pixel)) / dot(row_w.xyz, pixel));
   if (any(lessThan(at, vec2(0))) || any(greaterThanEqual(at, vec2(first.yz)))) discard;
-  const uvec2 texel = texels[first.x + uint(at.y) * first.y + uint(at.x)];
+  const uvec2 texel = texelFetch(texels, int(first.x + uint(at.y) * first.y + uint(at.x))).xy;
   if (texel.x == 0u) discard;
   const uint face = texel.x >> kTexelFaceShift & 7u, axis = face >> 1;
   const int level = chunk.w & int(kChunkLevel);
   const int plane = chunk[axis] + (int(texel.x >> kTexelPlaneShift) << level);
-  const vec3 ray = picture.corner.xyz + pixel.x * picture.step_x.xyz + pixel.y * picture.step_y.xyz;
-  const float on_plane = (float(plane) - picture.fraction[axis] - picture.fraction_rest[axis]) / ray[axis];
+  const vec3 ray = fragment_ray();
+  const float on_plane = (float(plane) - fraction[axis] - fraction_rest[axis]) / ray[axis];
   const float there = (depth.x + depth.y * (at.x + 0.5) + depth.z * (at.y + 0.5)) * row_x.w / uintBitsToFloat(texel.y) -
                       depth.w;
   const bool meets = abs(on_plane - there) <= 0.0625 * there;
@@ -36,5 +40,5 @@ void main() {
   seen_out = uvec2(seen_block(texel.x) | face << kSeenFaceShift | uint(level) << kSeenLevelShift |
                        (meets ? 0u : kSeenPlaced),
                    meets ? uint(plane) : floatBitsToUint(t));
-  gl_FragDepth = picture.fraction.w / t;
+  gl_FragDepth = fraction.w / t;
 }

@@ -30,9 +30,13 @@ namespace render::raster {
 
 class Impostors {
  public:
+  static constexpr uint32_t kPageTexels = 2u << 20;  // impostors share pages
+
   static bool called_for(const Drawing& drawing) {
     return drawing.knobs.impostor_error_px > 0 && !drawing.bare && !drawing.behind;
   }
+  /// Whether a page of texels can be read on the device as it is.
+  static bool fit(const gpu::Device& device) { return device.limits().maxTexelBufferElements >= kPageTexels; }
   /// Marks the chunks that impostors draw, and notes which of them are to be made.
   world::Status choose(PassContext& context, const Drawing& drawing, std::span<SeenChunk> seen);
   /// Once the list is made. blends: some chunk is drawn in part.

@@ -4,6 +4,7 @@
 #include "render/raster/impostors.shared.h"
 #include "render/raster/raster.shared.h"
 
+layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
 layout(binding = kBindImpostors, std430) readonly buffer Impostors { ImpostorDraw impostors[]; };
 
 layout(location = 0) flat out vec4 row_x;
@@ -12,6 +13,8 @@ layout(location = 2) flat out vec4 row_w;
 layout(location = 3) flat out vec4 depth;
 layout(location = 4) flat out ivec4 chunk;
 layout(location = 5) flat out uvec4 first;
+layout(location = 6) flat out vec4 fraction;  // of the camera's voxel, as in PictureConstants
+layout(location = 7) flat out vec3 fraction_rest;
 
 void main() {
   const uint i = uint(gl_VertexIndex) >> 2;
@@ -21,5 +24,7 @@ void main() {
   depth = impostors[i].depth;
   chunk = impostors[i].chunk;
   first = impostors[i].texels;
+  fraction = picture.fraction;
+  fraction_rest = picture.fraction_rest.xyz;
   gl_Position = impostors[i].corners[gl_VertexIndex & 3];
 }
