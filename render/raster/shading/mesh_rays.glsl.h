@@ -31,8 +31,10 @@ bool meets_triangle(vec3 a, vec3 b, vec3 c, vec3 direction, float t_max) {
   return t >= 0.0 && t <= t_max;
 }
 
-/// Whether any triangle but one lies along a unit direction up to t_max from a point of a voxel.
-bool meets_mesh(const ivec3 start, const vec3 fraction, const vec3 direction, float t_max, uint but) {
+/// A triangle but one along a unit direction from a point of a voxel within `t`, or kNoTriangle: any, or the nearest, and
+/// t is then where.
+uint find_triangle(const ivec3 start, const vec3 fraction, const vec3 direction, inout float t, uint but, bool any) {
+  uint found = kNoTriangle;
   const vec3 origin = vec3(start - picture.mesh_base.xyz) + fraction;
   // More than rounding takes of the origin and along the ray.
   const vec3 size = abs(origin);
@@ -44,7 +46,7 @@ bool meets_mesh(const ivec3 start, const vec3 fraction, const vec3 direction, fl
                high = (uintBitsToFloat(second.xyz) + slack - origin) * inverse;
     const vec3 in_at = min(low, high), out_at = max(low, high);
     const float enter = max(max(in_at.x, in_at.y), max(in_at.z, 0.0)),
-                leave = min(min(out_at.x, out_at.y), min(out_at.z, t_max));
+                leave = min(min(out_at.x, out_at.y), min(out_at.z, t));
     if (!(enter <= leave * 1.000001 + slack)) {
       node = first.w;
       continue;
@@ -52,14 +54,23 @@ bool meets_mesh(const ivec3 start, const vec3 fraction, const vec3 direction, fl
     const uint last = (second.w >> kNodeLeafBits) + (second.w & (1u << kNodeLeafBits) - 1u);
     for (uint i = second.w >> kNodeLeafBits; i < last; ++i) {
       if (i == but) continue;
-      const uvec4 t = mesh_triangle(i);
-      if (meets_triangle(mesh_corner(t.x, start, fraction), mesh_corner(t.y, start, fraction),
-                         mesh_corner(t.z, start, fraction), direction, t_max))
-        return true;
+      const uvec4 corners = mesh_triangle(i);
+      const vec3 a = mesh_corner(corners.x, start, fraction), b = mesh_corner(corners.y, start, fraction),
+                 c = mesh_corner(corners.z, start, fraction);
+      if (!meets_triangle(a, b, c, direction, t)) continue;
+      if (any) return i;
+      const vec3 normal = cross(b - a, c - a);
+      t = dot(normal, a) / dot(normal, direction);
+      found = i;
     }
     ++node;
   }
-  return false;
+  return found;
+}
+
+/// Whether any triangle but one lies along a unit direction up to t_max from a point of a voxel.
+bool meets_mesh(const ivec3 start, const vec3 fraction, const vec3 direction, float t_max, uint but) {
+  return find_triangle(start, fraction, direction, t_max, but, true) != kNoTriangle;
 }
 
 #endif
