@@ -88,6 +88,10 @@ world::Status FacesPass::prepare(PassContext& context, const Drawing& drawing, F
     pools_.push_back(pool);
     largest = std::max(largest, pool.pool->largest_chunk());
   }
+  if (!drawing.trees.pool().chunks().empty()) {
+    pools_.push_back({&drawing.trees.pool(), 0, 0, pools_[0].to});
+    largest = std::max(largest, drawing.trees.pool().largest_chunk());
+  }
   const bool any_shapes = !drawing.shapes.chunks().empty();
   if (any_shapes) {
     // A device without large points draws none.
@@ -112,11 +116,17 @@ world::Status FacesPass::prepare(PassContext& context, const Drawing& drawing, F
   const bool pictured =
       Impostors::called_for(drawing) && Impostors::fit(context.device) && context.targets.depth_format == kDepthFormat;
   world::Status chosen;
+  const bool clouded = Billboards::called_for(drawing) && context.targets.depth_format == kDepthFormat;
   TakeChunks take;
-  if (pictured)
-    take = [&](std::span<SeenChunk> seen) { chosen = impostors_.choose(context, drawing, seen); };
-  else if (!drawing.behind)  // a picture for a mirror is part of another one
-    impostors_.rest();
+  if (pictured || clouded)
+    take = [&](std::span<SeenChunk> seen) {
+      if (pictured) chosen = impostors_.choose(context, drawing, seen);
+      if (clouded) billboards_.choose(context, drawing, seen);
+    };
+  if (!drawing.behind) {  // a picture for a mirror is part of another one
+    if (!pictured) impostors_.rest();
+    if (!clouded) billboards_.rest();
+  }
   cull(pools_, drawing.camera, drawing.rays, drawing.knobs.view_distance, may_test, list_, take);
   TRY_STATUS(chosen);
   report.passes.push_back({"cull", watch.lap_ms(), 0, 0});
@@ -131,6 +141,8 @@ world::Status FacesPass::prepare(PassContext& context, const Drawing& drawing, F
     TRY(makes_impostors_, pipeline(context, drawing, Drawn::cubes, false, true));
     TRY_STATUS(impostors_.prepare(context, drawing, list_.blends));
   }
+  draws_billboards_ = clouded && billboards_.any();
+  if (draws_billboards_) TRY_STATUS(billboards_.prepare(context, list_.blends));
   TRY_STATUS(context.fill_texels(chunks_, VK_FORMAT_R32G32B32A32_SINT, list_.chunks.data(),
                                  list_.chunks.size() * sizeof(ChunkCorner)));
   TRY_STATUS(context.fill(draws_, list_.draws.data(), list_.draws.size() * sizeof(VkDrawIndexedIndirectCommand),
@@ -166,6 +178,7 @@ void FacesPass::record_draws(VkCommandBuffer commands, PassContext& context, boo
 void FacesPass::record(VkCommandBuffer commands, PassContext& context, const Drawing&) {
   record_draws(commands, context, false);
   if (draws_impostors_) impostors_.record(commands, context, *makes_impostors_, indices_);
+  if (draws_billboards_) billboards_.record(commands, context, indices_, indexed_records_);
   if (list_.candidates.empty()) return;
   context.times.mark(commands, "occlusion");
   occlusion_.record(commands, context);
@@ -180,8 +193,10 @@ world::Status FacesPass::finish(PassContext&, FrameReport& report) {
   first.bytes = list_.first_faces * sizeof(FaceRecord);
   report.faces_drawn += list_.first_faces;
   if (draws_impostors_) impostors_.finish(report);
+  if (draws_billboards_) billboards_.finish(report);
   uint64_t hidden = 0;  // by what is drawn
   const CulledFaces& c = list_.culled;
+  const uint64_t in_billboards = draws_billboards_ ? billboards_.faces() : 0;
   const auto tell = [&] {
     report.work.insert(report.work.end(), {{"faces_of_the_world", c.world},
                                            {"faces_beyond_view_distance", c.distance},
@@ -189,7 +204,8 @@ world::Status FacesPass::finish(PassContext&, FrameReport& report) {
                                            {"faces_outside_the_frustum", c.frustum},
                                            {"faces_looking_away", c.back},
                                            {"faces_of_coarser_levels", c.coarse},
-                                           {"faces_in_impostors", c.taken},
+                                           {"faces_in_impostors", c.taken - in_billboards},
+                                           {"faces_in_billboards", in_billboards},
                                            {"faces_hidden", hidden}});
     return world::Status();
   };

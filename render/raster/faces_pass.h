@@ -3,6 +3,7 @@
 /// of the rest.
 #pragma once
 
+#include "render/raster/billboards.h"
 #include "render/raster/culling.h"
 #include "render/raster/face_pool.h"
 #include "render/raster/impostors.h"
@@ -35,6 +36,8 @@ class FacesPass : public Pass {
   Impostors impostors_;  // of what is far, where the knob asks for them
   const Pipeline* makes_impostors_ = nullptr;
   bool draws_impostors_ = false;
+  Billboards billboards_;  // of trees that are far, where the knob asks for them
+  bool draws_billboards_ = false;
   std::vector<CulledPool> pools_;          // cubes by level, then shapes, then those of them that are points
   std::vector<const Pipeline*> drawn_by_;  // of each pool
   ShapeTable table_;

@@ -18,6 +18,7 @@
 #include "render/raster/lighting.h"
 #include "render/raster/mirror.h"
 #include "render/raster/raster.shared.h"
+#include "render/raster/tree_pool.h"
 #include "render/raster/triangles.h"
 #include "render/shading.h"
 
@@ -57,6 +58,7 @@ struct Selection {
 struct Drawing {
   const world::WorldView& view;
   std::span<FacePool* const> faces;  // of cubes, by level; culling notes what is seen
+  TreePool& trees;                   // of `faces`, what billboards may stand for; empty where they aren't asked for
   FacePool& shapes;                  // of blocks that have a shape of their own
   FacePool& shape_points;            // the same, a record a voxel
   std::span<const ShapeQuad> quads;  // that the records of shapes name

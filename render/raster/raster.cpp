@@ -112,7 +112,9 @@ class Raster : public RasterBackend {
     const std::span<const ExtractedChunk* const> no_faces;
     const double extract_ms = ms_since(start);
     const auto upload_start = Clock::now();
-    TRY(uint64_t bytes, rasterizer_->set_faces(smooth ? no_faces : extractor_.chunks()));
+    std::vector<bool> trees;
+    if (knobs.billboard_error_px > 0) trees = raster::tree_blocks(view.palette());
+    TRY(uint64_t bytes, rasterizer_->set_faces(smooth ? no_faces : extractor_.chunks(), trees));
     const int levels = smooth ? 0 : levels_.count();
     rasterizer_->set_level_count(levels);
     for (int k = 1; k <= levels; ++k) {

@@ -80,6 +80,17 @@ void Rasterizer::set_level_count(int levels) {
     if (!level) level = std::make_unique<FacePool>();
 }
 
+world::Result<uint64_t> Rasterizer::set_faces(std::span<const ExtractedChunk* const> chunks,
+                                              const std::vector<bool>& trees) {
+  if (splits_trees_ == trees.empty()) {
+    splits_trees_ = !trees.empty();
+    levels_[0]->clear();
+    trees_.clear();
+  }
+  if (!splits_trees_) return set_level(0, chunks);
+  return trees_.update(*device_, chunks, trees, *levels_[0]);
+}
+
 world::Result<uint64_t> Rasterizer::set_level(int level, std::span<const ExtractedChunk* const> chunks) {
   return levels_[static_cast<size_t>(level)]->update(*device_, pool_sources(chunks));
 }
@@ -304,6 +315,7 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
   TRY_STATUS(lighting_.see(*device_, camera, width, height));
   const Drawing drawing{view,
                         levels,
+                        trees_,
                         shape_pool_,
                         shape_points_,
                         quads_,

@@ -13,6 +13,7 @@
 #include "render/raster/shadow_grid.h"
 #include "render/raster/sun_blockers.h"
 #include "render/raster/sun_heights.h"
+#include "render/raster/tree_pool.h"
 
 namespace render::raster {
 
@@ -28,8 +29,8 @@ class Rasterizer {
  public:
   static world::Result<std::unique_ptr<Rasterizer>> make(const gpu::DeviceOptions& options);
 
-  /// Follows the extractor. Returns the bytes sent.
-  world::Result<uint64_t> set_faces(std::span<const ExtractedChunk* const> chunks) { return set_level(0, chunks); }
+  /// Follows the extractor. Returns the bytes sent. trees: blocks whose faces billboards may stand for; empty: none.
+  world::Result<uint64_t> set_faces(std::span<const ExtractedChunk* const> chunks, const std::vector<bool>& trees);
   /// The same of a coarser level; those beyond `levels` go.
   world::Result<uint64_t> set_level(int level, std::span<const ExtractedChunk* const> chunks);
   void set_level_count(int levels);
@@ -102,6 +103,8 @@ class Rasterizer {
 
   std::unique_ptr<gpu::Device> device_;            // first member: dies last
   std::vector<std::unique_ptr<FacePool>> levels_;  // of cubes
+  TreePool trees_;
+  bool splits_trees_ = false;
   FacePool shape_pool_{FacePool::box_of_voxel}, shape_points_{FacePool::box_of_voxel};
   std::span<const ShapeQuad> quads_;
   ShadowGrid shadow_grid_;

@@ -172,6 +172,7 @@ const Idle kIdles[] = {
      {"flux_directions=128", "flux_lamp_points=16", "flux_residual=1e-4"}},
     {"sky_rays", "a far occlusion that no ray asks for", {"raster"}, {"occlusion_distance=1e9"}},
     {"impostors", "impostors of what is near", {"raster"}, {"impostor_error_px=8"}},
+    {"billboards", "billboard clouds where there is no tree", {"raster"}, {"billboard_error_px=8"}},
     {"particles", "a long shutter where nothing is in the air", {"raster", "raycast"}, {"shutter=0.1"}},
     {"proxies", "shapes as cubes where no block has a shape", {"raster", "raycast"}, {"proxy_shapes=cube"}},
     {"contours", "the exact surface of a level set that is not there", {"raycast"}, {"contours=field"}},
