@@ -31,8 +31,8 @@ bool meets_triangle(vec3 a, vec3 b, vec3 c, vec3 direction, float t_max) {
   return t >= 0.0 && t <= t_max;
 }
 
-/// A triangle but one along a unit direction from a point of a voxel within `t`, or kNoTriangle: any, or the nearest, and
-/// t is then where.
+/// A triangle but one along a unit direction from a point of a voxel within `t`, or kNoTriangle: any, or the nearest,
+/// and t is then where.
 uint find_triangle(const ivec3 start, const vec3 fraction, const vec3 direction, inout float t, uint but, bool any) {
   uint found = kNoTriangle;
   const vec3 origin = vec3(start - picture.mesh_base.xyz) + fraction;
