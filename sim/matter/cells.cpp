@@ -211,6 +211,21 @@ void Cells::values_of(PageId p, std::span<BlockId, world::kLeafVoxels> into) con
   const world::LeafBlocks leaf = store_.leaf(pos_[p]);
   for (int x = 0; x < 8; ++x) {
     const uint64_t grain = grain_[p].word[x], closed = closed_[p].word[x];
+    // Most rows hold no grain, and either nothing else or what the store knows.
+    BlockId* const row = into.data() + x * 64;
+    if (grain == 0 && closed == 0) {
+      std::fill_n(row, 64, world::kAir);
+      continue;
+    }
+    if (grain == 0 && ~closed == 0) {
+      leaf.values ? std::copy_n(leaf.values + x * 64, 64, row) : std::fill_n(row, 64, leaf.uniform);
+      continue;
+    }
+    if (grain == 0 && leaf.values) {
+      for (int b = 0; b < 64; ++b)
+        row[b] = static_cast<BlockId>(leaf.values[x * 64 + b] & (0 - (closed >> b & 1)));  // air is 0
+      continue;
+    }
     for (int b = 0; b < 64; ++b) {
       const int i = x * 64 + b;
       into[static_cast<size_t>(i)] = grain >> b & 1 ? tag_[p].kind : closed >> b & 1 ? leaf[i] : world::kAir;

@@ -14,6 +14,7 @@
 #include <atomic>
 #include <bit>
 #include <cmath>
+#include <optional>
 #include <sstream>
 #include <unordered_map>
 
@@ -75,6 +76,8 @@ class Fire final : public Rule {
 
  private:
   void prepare(const Cells& cells, PageId p);
+  int64_t heat_that_reaches(BlockId id, float warmth) const;
+  void follow_blocks(const Cells& cells);
   void list_pages(Cells& cells);
   FuelSpent& spent_of(PageId p);
   void forget_spent(PageId p);
@@ -88,6 +91,8 @@ class Fire final : public Rule {
 
   const size_t rule_;  // its awake set
   std::unique_ptr<FireBlocks> blocks_;
+  std::vector<uint8_t> codes_;                       // by block: a bit for each mask of a page
+  std::vector<int64_t> flame_heat_, ignition_heat_;  // by block: from where it is as warm as a flame, and burns
   std::vector<FirePage> pages_;
   std::vector<PageId> list_;
   // By leaf and not by page: what has half burnt stays so while its page is closed.
@@ -103,24 +108,51 @@ void Fire::prepare(const Cells& cells, PageId p) {
   page.spent = spent == spent_.end() ? nullptr : spent->second.get();
   page.ready = true;
   page.content = cells.content_changes(p);
-  page.fuel = page.flame = page.air = page.feeds = page.hot = page.heavy = {};
-  std::array<BlockId, world::kLeafVoxels> ids;
-  cells.ids(p, ids);
-  const FireBlocks& blocks = *blocks_;
-  for (int w = 0; w < 8; ++w)
-    for (int b = 0; b < 64; ++b) {
-      const BlockId id = ids[static_cast<size_t>(w * 64 + b)];
-      const FireTraits& t = blocks[id];
-      const uint64_t bit = 1ull << b;
-      page.fuel.word[w] |= t.fuel ? bit : 0;
-      page.flame.word[w] |= t.flame ? bit : 0;
-      page.air.word[w] |= t.air ? bit : 0;
-      page.feeds.word[w] |= t.feeds ? bit : 0;
-      page.hot.word[w] |= t.hot ? bit : 0;
-      const Content content = cells.traits()[id].content;
-      page.heavy.word[w] |= content == Content::empty || content == Content::gas ? 0 : bit;
-      if (page.spent && !t.fuel) (*page.spent)[static_cast<size_t>(w * 64 + b)] = 0;
+  std::array<BlockId, world::kLeafVoxels> written;
+  const BlockId* ids = cells.find_blocks(p);
+  if (!ids) cells.ids(p, written), ids = written.data();
+  LeafMask* const masks[] = {&page.fuel, &page.flame, &page.air, &page.feeds, &page.hot, &page.heavy};
+  for (size_t w = 0; w < 8; ++w) {
+    uint64_t words[std::size(masks)] = {};
+    for (size_t begin = 0; begin < 64; begin += 8) {
+      // The bits of eight codes, one below another: a product moves each bit of a kind into the highest byte.
+      uint64_t eight = 0;
+      for (size_t b = 0; b < 8; ++b) eight |= static_cast<uint64_t>(codes_[ids[w * 64 + begin + b]]) << 8 * b;
+      for (size_t k = 0; k < std::size(masks); ++k)
+        words[k] |= ((eight >> k & 0x0101010101010101u) * 0x0102040810204080u >> 56) << begin;
     }
+    for (size_t k = 0; k < std::size(masks); ++k) masks[k]->word[w] = words[k];
+  }
+  for (size_t i = 0; page.spent && i < world::kLeafVoxels; ++i)
+    if (!page.fuel.test(static_cast<int>(i))) (*page.spent)[i] = 0;
+}
+
+/// The least heat at which a full voxel is as warm, K above rest; above all heats where none is. Temperature grows with
+/// heat.
+int64_t Fire::heat_that_reaches(BlockId id, float warmth) const {
+  const ThermalVoxel voxel = blocks_->thermal().voxel(id);
+  int64_t low = INT32_MIN, high = int64_t{INT32_MAX} + 1;
+  while (low < high) {
+    const int64_t middle = low + (high - low) / 2;
+    if (temperature(voxel, static_cast<int32_t>(middle)) >= warmth)
+      high = middle;
+    else
+      low = middle + 1;
+  }
+  return high;
+}
+
+void Fire::follow_blocks(const Cells& cells) {
+  blocks_->follow();
+  for (size_t n = codes_.size(); n < cells.palette().size(); ++n) {
+    const auto id = static_cast<BlockId>(n);
+    const FireTraits& t = (*blocks_)[id];
+    const Content content = cells.traits()[id].content;
+    const bool heavy = content != Content::empty && content != Content::gas;
+    codes_.push_back(static_cast<uint8_t>(t.fuel | t.flame << 1 | t.air << 2 | t.feeds << 3 | t.hot << 4 | heavy << 5));
+    flame_heat_.push_back(heat_that_reaches(id, static_cast<float>(kFlameKelvin - blocks_->thermal().rest_k())));
+    ignition_heat_.push_back(heat_that_reaches(id, t.ignition));
+  }
 }
 
 FuelSpent& Fire::spent_of(PageId p) {
@@ -227,9 +259,12 @@ void Fire::list_pages(Cells& cells) {
 /// Voxels of a page beside one of `mask`.
 LeafMask Fire::near(const Cells& cells, PageId p, LeafMask FirePage::*mask) const {
   LeafMask all;
+  const LeafMask& own = pages_[p].*mask;
+  const bool none = own.is_none();
   for (int face = 0; face < 6; ++face) {
     const PageId other = cells.around(p)[kFacePage[face]];
-    all = all | world::across(pages_[p].*mask, other == kClosedPage ? world::kNoneMask : pages_[other].*mask, face);
+    const LeafMask& beyond = other == kClosedPage ? world::kNoneMask : pages_[other].*mask;
+    if (!none || !beyond.is_none()) all = all | world::across(own, beyond, face);
   }
   return all;
 }
@@ -252,16 +287,16 @@ void Fire::find_burning(const Cells& cells, PageId p, double dt) {
   page.cool = page.fuel;
   const int32_t* heats = cells.find_heats(p);
   if (!heats || page.fuel.is_none()) return;
-  std::array<BlockId, world::kLeafVoxels> ids;
-  cells.ids(p, ids);
-  const LeafMask fed = near(cells, p, &FirePage::feeds);
+  std::optional<LeafMask> fed;
   world::for_each_voxel(page.fuel, [&](int i) {
     const auto n = static_cast<size_t>(i);
     if (heats[n] <= 0) return;
-    const FireTraits& t = (*blocks_)[ids[n]];
-    const float warmth = temperature(blocks_->thermal().voxel(ids[n]), heats[n]);
-    if (warmth >= static_cast<float>(kFlameKelvin - blocks_->thermal().rest_k())) page.cool.clear(i);
-    if (warmth < t.ignition || !fed.test(i)) return;
+    const BlockId id = cells.block(p, i);
+    if (heats[n] >= flame_heat_[id]) page.cool.clear(i);
+    if (heats[n] < ignition_heat_[id]) return;
+    if (!fed) fed = near(cells, p, &FirePage::feeds);
+    if (!fed->test(i)) return;
+    const FireTraits& t = (*blocks_)[id];
     const double part = std::min(dt / (t.hours * 3600), 1.0);
     const auto spent = static_cast<uint16_t>(std::clamp(std::llround(part * kAllFuel), 1ll, 65535ll));
     const double freed = t.energy * spent / kAllFuel;
@@ -281,19 +316,17 @@ bool Fire::warm(Cells& cells, PageId p, double dt) {
         return true;
     return false;
   }();
-  const LeafMask lit = page.fuel & page.cool & near(cells, p, &FirePage::torch);
-  const LeafMask radiates = without(page.torch, page.flame) & near(cells, p, &FirePage::cool);
+  LeafMask lit = page.fuel & page.cool, radiates = without(page.torch, page.flame);
+  if (!lit.is_none()) lit = lit & near(cells, p, &FirePage::torch);
+  if (!radiates.is_none()) radiates = radiates & near(cells, p, &FirePage::cool);
   if (!any_burning && lit.is_none() && radiates.is_none()) return false;
-  std::array<BlockId, world::kLeafVoxels> ids;
-  cells.ids(p, ids);
   Cells::Heats& heats = cells.heats(p);
   const std::array<int32_t, world::kLeafVoxels> before = heats;
-  const auto flame = static_cast<float>(kFlameKelvin - blocks_->thermal().rest_k());
   bool changed = false;
   int64_t kept = 0;
   const auto give = [&](int i, int64_t units) {
     const auto n = static_cast<size_t>(i);
-    if (!page.heavy.test(i) || temperature(blocks_->thermal().voxel(ids[n]), before[n]) >= flame) return;
+    if (!page.heavy.test(i) || before[n] >= flame_heat_[cells.block(p, i)]) return;
     const auto sum = static_cast<int32_t>(std::clamp<int64_t>(heats[n] + units, INT32_MIN / 2, INT32_MAX / 2));
     kept += int64_t{sum} - heats[n];
     heats[n] = sum;
@@ -303,12 +336,12 @@ bool Fire::warm(Cells& cells, PageId p, double dt) {
   for (int face = 0; face < 6 && any_burning; ++face) {
     const PageId other = cells.around(p)[kFacePage[face]];
     const int64_t times = face == world::kFaceNegY ? 2 : 1;  // flames below
-    const int axis = world::face_axis(face), stride = axis == 0 ? 64 : axis == 1 ? 8 : 1;
+    const int shift = 6 - 3 * world::face_axis(face), stride = 1 << shift;
     const int sign = world::face_sign(face);
     const auto from = [&](const std::vector<Burning>& all, bool beyond) {
       for (const Burning& b : all) {
         // The voxel whose neighbour across `face` burns.
-        const int along = b.index / stride & 7, at = along - sign;
+        const int along = b.index >> shift & 7, at = along - sign;
         if (((at < 0) || (at > 7)) != beyond) continue;
         give(b.index - (beyond ? sign * stride - sign * 8 * stride : sign * stride), b.share * times);
       }
@@ -325,17 +358,16 @@ bool Fire::warm(Cells& cells, PageId p, double dt) {
     const PageId other = cells.around(p)[kFacePage[face]];
     const LeafMask& torch_beyond = other == kClosedPage ? world::kNoneMask : pages_[other].torch;
     const LeafMask& cool_beyond = other == kClosedPage ? world::kNoneMask : pages_[other].cool;
-    const int axis = world::face_axis(face), stride = axis == 0 ? 64 : axis == 1 ? 8 : 1;
+    const int shift = 6 - 3 * world::face_axis(face), stride = 1 << shift;
     const int sign = world::face_sign(face);
     world::for_each_voxel(lit & world::across(page.torch, torch_beyond, face), [&](int i) {
-      const bool leaves = (i / stride & 7) == (sign > 0 ? 7 : 0);
-      const BlockId glows =
-          leaves ? cells.block(other, i - sign * 7 * stride) : ids[static_cast<size_t>(i + sign * stride)];
+      const bool leaves = (i >> shift & 7) == (sign > 0 ? 7 : 0);
+      const BlockId glows = leaves ? cells.block(other, i - sign * 7 * stride) : cells.block(p, i + sign * stride);
       give(i, radiated(glows));
     });
     world::for_each_voxel(radiates & world::across(page.cool, cool_beyond, face), [&](int i) {
       const auto n = static_cast<size_t>(i);
-      heats[n] = static_cast<int32_t>(std::max<int64_t>(heats[n] - radiated(ids[n]), INT32_MIN / 2));
+      heats[n] = static_cast<int32_t>(std::max<int64_t>(heats[n] - radiated(cells.block(p, i)), INT32_MIN / 2));
       changed = true;
     });
   }
@@ -370,6 +402,7 @@ void Fire::burn(Cells& cells, PageId p, const Tick& tick, LeafMask& changed) {
     changed.set(b.index);
   }
   const LeafMask beside = near(cells, p, &FirePage::burns);
+  if (beside.is_none() && page.flame.is_none()) return;
   if (blocks_->fire() != world::kAir)
     world::for_each_voxel(page.air & beside & random(cells, p, tick, 0, kFlameRises), [&](int i) {
       cells.transmute(p, i, {.block = blocks_->fire(), .amount = kFullVoxel});
@@ -421,7 +454,7 @@ void Fire::jump(Cells& cells, PageId p, const Tick& tick, LeafMask& changed) {
 RuleReport Fire::step(Cells& cells, const Tick& tick) {
   RuleReport report;
   if (!blocks_) blocks_ = std::make_unique<FireBlocks>(cells.palette(), tick.options->reactions, tick.options->rest_k);
-  blocks_->follow();
+  follow_blocks(cells);
   list_pages(cells);
   const SimKnobs& knobs = tick.options->knobs;
   const bool by_heat = knobs.fire_model == FireModel::heat;
