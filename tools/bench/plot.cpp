@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include <fmt/format.h>
@@ -210,7 +211,8 @@ std::string svg_of(const SubjectResult& s, Across across) {
     if (line.size() > 1) picture.path(line, "stroke=\"#333\" stroke-width=\"3\" opacity=\"0.5\"");
   }
 
-  // The points, joined by method, dashed in the second round of colours; over the knob, the slope that is expected.
+  // The points, joined by method and problem, dashed in the second round of colours; over the knob, the slope that is
+  // expected.
   std::vector<std::string> methods;
   for (const PointResult& p : s.points)
     if (std::find(methods.begin(), methods.end(), p.method) == methods.end()) methods.push_back(p.method);
@@ -218,11 +220,15 @@ std::string svg_of(const SubjectResult& s, Across across) {
   for (size_t m = 0; m < methods.size(); ++m) {
     const std::string colour = kColours[m % std::size(kColours)];
     const std::string dashes = m < std::size(kColours) ? "" : " stroke-dasharray=\"3 3\"";
-    std::vector<std::pair<double, double>> line;
+    std::map<std::string, std::vector<std::pair<double, double>>> lines;  // by problem
     std::vector<double> xs, ys;
-    for (size_t i = 0; i < s.points.size(); ++i)
-      if (s.points[i].method == methods[m]) line.push_back(place(i)), xs.push_back(times[i]), ys.push_back(errors[i]);
-    if (line.size() > 1) picture.path(line, "stroke=\"" + colour + "\" stroke-width=\"1\" opacity=\"0.6\"" + dashes);
+    for (size_t i = 0; i < s.points.size(); ++i) {
+      if (s.points[i].method != methods[m]) continue;
+      lines[s.points[i].problem].push_back(place(i));
+      xs.push_back(times[i]), ys.push_back(errors[i]);
+    }
+    for (const auto& [problem, line] : lines)
+      if (line.size() > 1) picture.path(line, "stroke=\"" + colour + "\" stroke-width=\"1\" opacity=\"0.6\"" + dashes);
     for (const SlopeResult& slope : s.slopes)
       if (across == Across::knob && slope.method == methods[m])
         draw_slope(picture, time, error, xs, ys, slope.expected);
