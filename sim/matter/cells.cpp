@@ -193,7 +193,6 @@ void Cells::release(PageId p) {
   blocks_[p].reset();
   amounts_[p].reset();
   heats_[p].reset();
-  stirred_[p] = heated_[p] = 0;  // spread() wakes open pages alone
   free_.push_back(p);
 }
 

@@ -57,6 +57,7 @@ class Liquid final : public Rule {
   };
   Fluid& fluid_of(const Cells& cells, BlockId liquid);
   void find_liquids(const Cells& cells);
+  void forget_closed(Cells& cells);
   void flow_of(Cells& cells, Fluid& fluid, const Tick& tick, RuleReport& report);
   void roll(Cells& cells, Fluid& fluid, const Tick& tick);
   void fall_all(Cells& cells, LiquidPages& pages);
@@ -81,6 +82,7 @@ class Liquid final : public Rule {
   std::vector<uint8_t> watch_;     // by page: rounds of levelling in which nothing may move before it sleeps
   std::vector<uint8_t> levelled_;  // by page, in this round: 1 looked at, 2 something moved
   std::vector<uint8_t> kept_;      // by page: it is awake because this rule kept it so
+  std::vector<std::pair<PageId, world::LeafPos>> kept_pages_;  // of kept_ and watch_, and what they were then
   LiquidLevels levels_;
   LiquidLayers layers_;
   LiquidHeat heat_;
@@ -104,6 +106,13 @@ void Liquid::find_liquids(const Cells& cells) {
   std::sort(order_.begin(), order_.end(), [&](BlockId a, BlockId b) {
     return std::pair(-cells.traits()[a].density, a) < std::pair(-cells.traits()[b].density, b);
   });
+}
+
+/// Pages that this rule kept awake, and that went away with their region, aren't watched: their number may be
+/// another's.
+void Liquid::forget_closed(Cells& cells) {
+  for (const auto& [p, pos] : kept_pages_)
+    if (cells.find(pos) != p) watch_[p] = kept_[p] = 0;
 }
 
 /// Adds the pages into which something flows from those of the list; they only take in this round.
@@ -291,6 +300,7 @@ RuleReport Liquid::step(Cells& cells, const Tick& tick) {
   for (const PageId p : set.now()) cells.open_around(p);
   watch_.resize(cells.page_limit(), 0);
   kept_.resize(cells.page_limit(), 0);
+  forget_closed(cells);
   find_liquids(cells);
   if (tick.options->knobs.liquid_model == LiquidModel::levels) {
     if (tick.number % kGameTicks == 0)
@@ -317,8 +327,12 @@ RuleReport Liquid::step(Cells& cells, const Tick& tick) {
     levelled_[p] = 0;
     if (watch_[p]) set.add(static_cast<PageId>(p));
   }
-  kept_.assign(cells.page_limit(), 0);
-  for (const PageId p : set.next()) kept_[p] = 1;
+  for (const auto& [p, pos] : kept_pages_) kept_[p] = 0;
+  kept_pages_.clear();
+  for (const PageId p : set.next()) {
+    kept_[p] = 1;
+    kept_pages_.emplace_back(p, cells.pos(p));
+  }
   if (const int64_t lost = heat_.take_lost(); lost != 0) {
     cells.book_heat(-lost);
     report.notes.push_back(fmt::format("{} units of heat didn't fit into their voxels", lost));

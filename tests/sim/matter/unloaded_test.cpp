@@ -119,6 +119,20 @@ TEST(CM12, WaterWaitsAsleepAtWhatIsAwayAndGoesOnWhenItComes) {
   EXPECT_GT(amount_east(world, matter, "water"), all / 3) << "it stands level on both sides";
 }
 
+TEST(CM12, WaterThatWentAwayIsNoLongerWatched) {
+  World world = trough();
+  fill(world, {{kBorder + 14, 1, 1}, {kBorder + 22, 8, 14}}, block_named(world, "water"));
+  Matter matter(world, {});
+  for (int i = 0; i < 5; ++i) matter.step();
+  EXPECT_GT(matter.awake_leaves(), 0u);
+  matter.flush();
+  take_out(world, kEast);
+  matter.set_unloaded(kEast, true);
+  // What is left is dry, and looks once.
+  matter.step(), matter.step();
+  EXPECT_TRUE(matter.settled()) << matter.awake_leaves();
+}
+
 TEST(CM12, GrainsWaitAtWhatIsAway) {
   World world = trough();
   fill(world, {{kBorder - 3, 1, 4}, {kBorder - 1, 14, 11}}, block_named(world, "sand"));
