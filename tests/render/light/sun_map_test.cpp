@@ -4,6 +4,7 @@
 
 #include "render/raster/raster.h"
 #include "render/raycast/raycast.h"
+#include "tests/render/raster/compare_pictures.h"
 #include "tests/render/raster/small_worlds.h"
 
 namespace render {
@@ -25,17 +26,7 @@ RenderKnobs map_of(float texel) {
 }
 
 Image drawn(Backend& backend, const world::World& w, const RenderKnobs& knobs) {
-  auto frame = backend.render(world::WorldView(w), above(), knobs, 320, 180);
-  EXPECT_TRUE(frame.ok()) << (frame.ok() ? "" : frame.error().message);
-  return frame.ok() ? std::move(frame->image) : Image(320, 180);
-}
-
-/// Part of the pixels whose green differs by more than a twentieth.
-double differing(const Image& a, const Image& b) {
-  double count = 0;
-  for (size_t i = 0; i < a.pixels.size(); ++i)
-    count += std::abs(a.pixels[i].g - b.pixels[i].g) > 0.05f * std::max(a.pixels[i].g, b.pixels[i].g);
-  return count / static_cast<double>(a.pixels.size());
+  return draw(backend, w, above(), knobs, 320, 180).image;
 }
 
 /// What differs from rays are the edges of shadows, a texel wide: half of it, half as many pixels.

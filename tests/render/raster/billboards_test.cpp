@@ -1,12 +1,12 @@
 /// Billboard clouds of trees: as near to the faces' picture as the knob says, shared, up to date, and absent where none
 /// is asked for or far enough.
 #include <algorithm>
-#include <cstring>
 
 #include <gtest/gtest.h>
 
 #include "render/image/error_metrics.h"
 #include "render/raster/raster.h"
+#include "tests/render/raster/compare_pictures.h"
 #include "tests/render/raster/small_worlds.h"
 #include "world/base/random.h"
 
@@ -48,9 +48,7 @@ RenderKnobs with_clouds(float error_px) {
 }
 
 Frame frame(Backend& backend, const world::World& w, const Camera& camera, const RenderKnobs& knobs) {
-  auto drawn = backend.render(world::WorldView(w), camera, knobs, kWidth, kHeight);
-  EXPECT_TRUE(drawn.ok()) << (drawn.ok() ? "" : drawn.error().message);
-  return drawn.ok() ? std::move(*drawn) : Frame{Image(kWidth, kHeight), {}};
+  return draw(backend, w, camera, knobs, kWidth, kHeight);
 }
 
 /// Once its clouds are made.
@@ -59,19 +57,9 @@ Frame settled_frame(Backend& backend, const world::World& w, const Camera& camer
   return frame(backend, w, camera, knobs);
 }
 
-uint64_t work(const Frame& drawn, const char* name) {
-  for (const EffectWork& w : drawn.report.work)
-    if (w.name == name) return w.work;
-  return 0;
-}
-
 bool has_row(const Frame& drawn) {
   return std::any_of(drawn.report.passes.begin(), drawn.report.passes.end(),
                      [](const PassReport& p) { return p.name == "billboards"; });
-}
-
-bool same(const Image& a, const Image& b) {
-  return std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(Rgb)) == 0;
 }
 
 Camera over_the_orchard(world::VoxelPos offset = {}) {

@@ -2,7 +2,6 @@
 /// where the knob is 0.
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include <gtest/gtest.h>
 
@@ -10,6 +9,7 @@
 #include "render/raster/impostor_view.h"
 #include "render/raster/raster.h"
 #include "render/raster/rasterizer.h"
+#include "tests/render/raster/compare_pictures.h"
 #include "tests/render/raster/small_worlds.h"
 #include "world/base/random.h"
 
@@ -48,25 +48,13 @@ RenderKnobs with_impostors(float error_px) {
 }
 
 Frame frame(Backend& backend, const world::World& w, const Camera& camera, const RenderKnobs& knobs, int scale = 1) {
-  auto drawn = backend.render(world::WorldView(w), camera, knobs, scale * kWidth, scale * kHeight);
-  EXPECT_TRUE(drawn.ok()) << (drawn.ok() ? "" : drawn.error().message);
-  return drawn.ok() ? std::move(*drawn) : Frame{Image(scale * kWidth, scale * kHeight), {}};
+  return draw(backend, w, camera, knobs, scale * kWidth, scale * kHeight);
 }
 
 /// Once its impostors are made.
 Frame settled_frame(Backend& backend, const world::World& w, const Camera& camera, const RenderKnobs& knobs) {
   for (int i = 0; i < 6; ++i) frame(backend, w, camera, knobs);
   return frame(backend, w, camera, knobs);
-}
-
-uint64_t work(const Frame& drawn, const char* name) {
-  for (const EffectWork& w : drawn.report.work)
-    if (w.name == name) return w.work;
-  return 0;
-}
-
-bool same(const Image& a, const Image& b) {
-  return std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(Rgb)) == 0;
 }
 
 Camera over_the_hills(Vec3d moved = {}, world::VoxelPos offset = {}) {

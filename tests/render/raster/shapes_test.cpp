@@ -8,6 +8,7 @@
 #include "render/image/display.h"
 #include "render/raster/raster.h"
 #include "render/raycast/raycast.h"
+#include "tests/render/raster/compare_pictures.h"
 #include "tests/render/raster/small_worlds.h"
 #include "world/proxies/proxy.h"
 
@@ -57,17 +58,6 @@ std::vector<NamedCamera> garden_cameras(world::VoxelPos offset = {}) {
   return {{"along", camera_at(offset, {-3.3, 2.1, -4.2}, {0.7, -0.3, 0.6})},
           {"above", camera_at(offset, {8.4, 9.2, 6.3}, {0.1, -1, 0.3})},
           {"in the plants", camera_at(offset, {-9.4, 0.6, 0.3}, {1, -0.1, 0.2})}};
-}
-
-double share_within(const Image& a, const Image& b, int levels) {
-  const Image8 x = display_image(a, 0), y = display_image(b, 0);
-  size_t within = 0;
-  for (size_t i = 0; i < x.pixels.size(); i += 3) {
-    int worst = 0;
-    for (size_t c = 0; c < 3; ++c) worst = std::max(worst, std::abs(x.pixels[i + c] - y.pixels[i + c]));
-    within += worst <= levels;
-  }
-  return 3.0 * static_cast<double>(within) / static_cast<double>(x.pixels.size());
 }
 
 class ShapesOfBlocks : public testing::Test {

@@ -9,6 +9,7 @@
 #include "render/image/display.h"
 #include "render/raster/raster.h"
 #include "render/raycast/raycast.h"
+#include "tests/render/raster/compare_pictures.h"
 #include "tests/render/raster/small_worlds.h"
 #include "world/proxies/proxy.h"
 
@@ -74,17 +75,6 @@ RenderKnobs tinted(SunShadow shadow = SunShadow::ray) {
   knobs.tinted_shadows = true, knobs.sun_shadow = shadow;
   knobs.textures = TextureFilter::off;
   return knobs;
-}
-
-double share_within(const Image& a, const Image& b, int levels) {
-  const Image8 x = display_image(a, 0), y = display_image(b, 0);
-  size_t within = 0;
-  for (size_t i = 0; i < x.pixels.size(); i += 3) {
-    int worst = 0;
-    for (size_t c = 0; c < 3; ++c) worst = std::max(worst, std::abs(x.pixels[i + c] - y.pixels[i + c]));
-    within += worst <= levels;
-  }
-  return 3.0 * static_cast<double>(within) / static_cast<double>(x.pixels.size());
 }
 
 class SunThroughBlocks : public testing::Test {
