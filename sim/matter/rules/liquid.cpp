@@ -57,6 +57,7 @@ class Liquid final : public Rule {
   };
   Fluid& fluid_of(const Cells& cells, BlockId liquid);
   void find_liquids(const Cells& cells);
+  void fit_pages(const Cells& cells);
   void forget_closed(Cells& cells);
   void flow_of(Cells& cells, Fluid& fluid, const Tick& tick, RuleReport& report);
   void roll(Cells& cells, Fluid& fluid, const Tick& tick);
@@ -106,6 +107,11 @@ void Liquid::find_liquids(const Cells& cells) {
   std::sort(order_.begin(), order_.end(), [&](BlockId a, BlockId b) {
     return std::pair(-cells.traits()[a].density, a) < std::pair(-cells.traits()[b].density, b);
   });
+}
+
+/// What is known by page has room for each page that is open now; flow and layers open some.
+void Liquid::fit_pages(const Cells& cells) {
+  for (std::vector<uint8_t>* by_page : {&watch_, &levelled_, &kept_}) by_page->resize(cells.page_limit(), 0);
 }
 
 /// Pages that this rule kept awake, and that went away with their region, aren't watched: their number may be
@@ -215,6 +221,7 @@ void Liquid::flow_of(Cells& cells, Fluid& fluid, const Tick& tick, RuleReport& r
   // Pages that hold some of it.
   ++list_;
   pages.view(cells, awake);
+  fit_pages(cells);  // liquids before this one may have opened some
   flowing_.clear();
   for (const PageId p : awake)
     if (pages[p].rows.wet) {
@@ -244,7 +251,7 @@ void Liquid::flow_of(Cells& cells, Fluid& fluid, const Tick& tick, RuleReport& r
     changed += voxels;
   });
   report.voxels_changed += changed;
-  watch_.resize(cells.page_limit(), 0);
+  fit_pages(cells);
   for (size_t n = 0; n < flowing_.size(); ++n)
     if (moved_[n]) watch_[flowing_[n]] = kRoundsToRest;
   if (tick.number % kLevelTicks == 0) level(cells, fluid, tick, report);
@@ -256,7 +263,6 @@ void Liquid::level(Cells& cells, Fluid& fluid, const Tick& tick, RuleReport& rep
   const LiquidLevels::Result& result = levels_.level(cells, fluid.pages, heat_, flowing_, tick.number / kLevelTicks,
                                                      tick.seed, [&](PageId p) { return fluid.waves.is_wavy(p); });
   report.voxels_changed += result.voxels_changed;
-  levelled_.resize(cells.page_limit(), 0);
   for (size_t n = 0; n < flowing_.size(); ++n) {
     uint8_t& of_page = levelled_[flowing_[n]];
     of_page = std::max<uint8_t>(of_page, result.moved[n] ? 2 : 1);
@@ -298,8 +304,7 @@ RuleReport Liquid::step(Cells& cells, const Tick& tick) {
   set.begin();
   if (set.now().empty()) return report;
   for (const PageId p : set.now()) cells.open_around(p);
-  watch_.resize(cells.page_limit(), 0);
-  kept_.resize(cells.page_limit(), 0);
+  fit_pages(cells);
   forget_closed(cells);
   find_liquids(cells);
   if (tick.options->knobs.liquid_model == LiquidModel::levels) {
@@ -316,8 +321,7 @@ RuleReport Liquid::step(Cells& cells, const Tick& tick) {
   }
   for (const BlockId liquid : order_) flow_of(cells, fluid_of(cells, liquid), tick, report);
   if (order_.size() > 1) report.voxels_changed += layers_.exchange(cells, set.now(), rule_, tick.number, tick.seed);
-  watch_.resize(cells.page_limit(), 0);
-  levelled_.resize(cells.page_limit(), 0);
+  fit_pages(cells);
   if (tick.number % kLevelTicks == 0)
     for (const PageId p : set.now())
       if (levelled_[p] == 0) watch_[p] = 0;  // it holds no liquid
