@@ -23,6 +23,13 @@ constexpr LeafMask without(const LeafMask& a, const LeafMask& b) {
   return m;
 }
 
+/// The first voxel of a mask that isn't none.
+inline int first_index(const LeafMask& mask) {
+  int x = 0;
+  while (mask.word[x] == 0) ++x;
+  return x * 64 + std::countr_zero(mask.word[x]);
+}
+
 /// Calls visit(index_in_leaf) for each voxel of the mask, in order.
 template <class Visit>
 void for_each_voxel(const LeafMask& mask, Visit visit) {

@@ -37,6 +37,21 @@ constexpr LeafMask across(const LeafMask& mask, const LeafMask& beyond, int face
   return m;
 }
 
+/// Bit v: any of the six voxels beside v is set; `beyond[face]`: the leaf on that side.
+constexpr LeafMask across_any(const LeafMask& mask, const LeafMask* const* beyond) {
+  constexpr uint64_t kLastZMask = kFirstZMask << 7;
+  LeafMask m;
+  for (int x = 0; x < 8; ++x) {
+    const uint64_t w = mask.word[x];
+    m.word[x] = (x > 0 ? mask.word[x - 1] : beyond[kFaceNegX]->word[7]) |
+                (x < 7 ? mask.word[x + 1] : beyond[kFacePosX]->word[0]) | w << 8 | beyond[kFaceNegY]->word[x] >> 56 |
+                w >> 8 | beyond[kFacePosY]->word[x] << 56 | (w & ~kLastZMask) << 1 |
+                (beyond[kFaceNegZ]->word[x] >> 7 & kFirstZMask) | (w >> 1 & ~kLastZMask) |
+                (beyond[kFacePosZ]->word[x] & kFirstZMask) << 7;
+  }
+  return m;
+}
+
 /// The voxels of a leaf that touch its side.
 constexpr LeafMask side_of(int face) {
   LeafMask m;

@@ -14,12 +14,12 @@
 #include <atomic>
 #include <bit>
 #include <cmath>
-#include <optional>
 #include <sstream>
 #include <unordered_map>
 
 #include <fmt/format.h>
 
+#include "sim/matter/fire_kernel.h"
 #include "sim/matter/fuels.h"
 #include "sim/matter/heat_plan.h"
 #include "sim/matter/matter.h"
@@ -35,6 +35,7 @@ using world::BlockId;
 using world::LeafMask;
 
 constexpr size_t kPagesATask = 32;
+constexpr size_t kMostRounds = 16;     // blocks of a page that are looked for one by one
 constexpr double kFlameKelvin = 1300;  // of wood fires: Dougal Drysdale. An Introduction to Fire Dynamics. 2011
 constexpr double kRadiated = 0.4;      // of the heat of combustion: the same, table 5.13, upper end
 constexpr double kStefanBoltzmann = 5.670374e-8;  // W/(m^2 K^4)
@@ -48,13 +49,24 @@ constexpr int kJumps = 4, kEats = 6, kEatenBurns = 1;  // of the model by chance
 constexpr size_t kFacePage[6] = {around_index(-1, 0, 0), around_index(1, 0, 0),  around_index(0, -1, 0),
                                  around_index(0, 1, 0),  around_index(0, 0, -1), around_index(0, 0, 1)};
 
+/// What a voxel of a fuel loses and gives in a tick.
+struct Burn {
+  uint16_t spent = 0;    // of kAllFuel
+  int64_t share = 0;     // units, of kShares
+  int64_t freed = 0;     // units in all
+  int64_t radiated = 0;  // units, where it glows instead: through a face
+};
+
+/// Voxels of a page that burn alike.
 struct Burning {
-  uint16_t index;
-  uint16_t spent;  // of kAllFuel, in this tick
-  int64_t share;   // units, of kShares
+  LeafMask mask;
+  uint16_t spent;
+  int64_t share;
 };
 
 using FuelSpent = std::array<uint16_t, world::kLeafVoxels>;  // of kAllFuel
+
+constexpr uint8_t kHeavy = 1 << 5;  // of a block's code
 
 struct FirePage {
   uint32_t content = 0;
@@ -65,6 +77,17 @@ struct FirePage {
   LeafMask cool;                                 // fuels below a flame's temperature
   std::vector<Burning> burning;
   FuelSpent* spent = nullptr;  // one of Fire's, where any of the leaf's fuel has burnt
+};
+
+/// Heavy voxels of a page by block, as far as there is room: what no tick asks for where nothing burns.
+struct FireKinds {
+  static constexpr size_t kMost = 8;
+  size_t count = 0;
+  std::array<BlockId, kMost> id;
+  std::array<LeafMask, kMost> mask;
+  LeafMask others;          // of further blocks
+  LeafMask takes;           // heavy ones below a flame's temperature
+  uint64_t takes_tick = 0;  // when they were found
 };
 
 class Fire final : public Rule {
@@ -83,8 +106,11 @@ class Fire final : public Rule {
   void forget_spent(PageId p);
   LeafMask near(const Cells& cells, PageId p, LeafMask FirePage::*mask) const;
   LeafMask random(const Cells& cells, PageId p, const Tick& tick, int stream, int halves) const;
-  void find_burning(const Cells& cells, PageId p, double dt);
-  bool warm(Cells& cells, PageId p, double dt);
+  void follow_burns(double dt);
+  void find_burning(const Cells& cells, PageId p);
+  LeafMask takers(const Cells& cells, PageId p) const;
+  int64_t give_shares(Cells::Heats& heats, const FirePage* const* around, const LeafMask& takes, bool& changed) const;
+  bool warm(Cells& cells, PageId p);
   void burn(Cells& cells, PageId p, const Tick& tick, LeafMask& changed);
   void jump(Cells& cells, PageId p, const Tick& tick, LeafMask& changed);
   void end_flames(Cells& cells, PageId p, const Tick& tick, const LeafMask& dying, LeafMask& changed);
@@ -93,7 +119,12 @@ class Fire final : public Rule {
   std::unique_ptr<FireBlocks> blocks_;
   std::vector<uint8_t> codes_;                       // by block: a bit for each mask of a page
   std::vector<int64_t> flame_heat_, ignition_heat_;  // by block: from where it is as warm as a flame, and burns
+  std::vector<Burn> burns_;                          // by block
+  double burns_dt_ = 0;                              // the tick that they are of, s
   std::vector<FirePage> pages_;
+  std::vector<FireKinds> kinds_;   // by page
+  std::vector<uint8_t> burns_in_;  // by page, in this tick
+  uint64_t ticks_ = 0;
   std::vector<PageId> list_;
   // By leaf and not by page: what has half burnt stays so while its page is closed.
   std::unordered_map<world::LeafPos, std::unique_ptr<FuelSpent>, world::PosHash> spent_;
@@ -112,19 +143,28 @@ void Fire::prepare(const Cells& cells, PageId p) {
   const BlockId* ids = cells.find_blocks(p);
   if (!ids) cells.ids(p, written), ids = written.data();
   LeafMask* const masks[] = {&page.fuel, &page.flame, &page.air, &page.feeds, &page.hot, &page.heavy};
-  for (size_t w = 0; w < 8; ++w) {
-    uint64_t words[std::size(masks)] = {};
-    for (size_t begin = 0; begin < 64; begin += 8) {
-      // The bits of eight codes, one below another: a product moves each bit of a kind into the highest byte.
-      uint64_t eight = 0;
-      for (size_t b = 0; b < 8; ++b) eight |= static_cast<uint64_t>(codes_[ids[w * 64 + begin + b]]) << 8 * b;
-      for (size_t k = 0; k < std::size(masks); ++k)
-        words[k] |= ((eight >> k & 0x0101010101010101u) * 0x0102040810204080u >> 56) << begin;
-    }
-    for (size_t k = 0; k < std::size(masks); ++k) masks[k]->word[w] = words[k];
+  for (LeafMask* mask : masks) *mask = {};
+  FireKinds& kinds = kinds_[p];
+  kinds.count = 0;
+  // Block by block: most pages hold few.
+  LeafMask rest = world::kAllMask;
+  for (size_t round = 0; round < kMostRounds && !rest.is_none(); ++round) {
+    const BlockId id = ids[world::first_index(rest)];
+    const uint8_t code = codes_[id];
+    const bool heavy = code & kHeavy;
+    if (heavy && kinds.count == FireKinds::kMost) break;
+    const LeafMask all = voxels_of(ids, id);
+    rest = without(rest, all);
+    for (size_t k = 0; k < std::size(masks); ++k)
+      if (code >> k & 1) *masks[k] = *masks[k] | all;
+    if (heavy) kinds.id[kinds.count] = id, kinds.mask[kinds.count++] = all;
   }
-  for (size_t i = 0; page.spent && i < world::kLeafVoxels; ++i)
-    if (!page.fuel.test(static_cast<int>(i))) (*page.spent)[i] = 0;
+  world::for_each_voxel(rest, [&](int i) {
+    for (size_t k = 0; k < std::size(masks); ++k)
+      if (codes_[ids[i]] >> k & 1) masks[k]->set(i);
+  });
+  kinds.others = page.heavy & rest;
+  if (page.spent) keep_only(page.fuel, page.spent->data());
 }
 
 /// The least heat at which a full voxel is as warm, K above rest; above all heats where none is. Temperature grows with
@@ -149,7 +189,8 @@ void Fire::follow_blocks(const Cells& cells) {
     const FireTraits& t = (*blocks_)[id];
     const Content content = cells.traits()[id].content;
     const bool heavy = content != Content::empty && content != Content::gas;
-    codes_.push_back(static_cast<uint8_t>(t.fuel | t.flame << 1 | t.air << 2 | t.feeds << 3 | t.hot << 4 | heavy << 5));
+    codes_.push_back(
+        static_cast<uint8_t>(t.fuel | t.flame << 1 | t.air << 2 | t.feeds << 3 | t.hot << 4 | (heavy ? kHeavy : 0)));
     flame_heat_.push_back(heat_that_reaches(id, static_cast<float>(kFlameKelvin - blocks_->thermal().rest_k())));
     ignition_heat_.push_back(heat_that_reaches(id, t.ignition));
   }
@@ -213,7 +254,7 @@ void Fire::list_pages(Cells& cells) {
   list_.assign(set.now().begin(), set.now().end());
   const size_t awake = list_.size();
   for (size_t n = 0; n < awake; ++n) cells.open_around(list_[n]);
-  if (pages_.size() < cells.page_limit()) pages_.resize(cells.page_limit());
+  if (pages_.size() < cells.page_limit()) pages_.resize(cells.page_limit()), kinds_.resize(cells.page_limit());
   world::parallel_ranges(awake, kPagesATask, [&](size_t begin, size_t end) {
     for (size_t n = begin; n < end; ++n) prepare(cells, list_[n]);
   });
@@ -229,7 +270,7 @@ void Fire::list_pages(Cells& cells) {
     }
   }
   for (size_t n = awake; n < list_.size(); ++n) cells.open_around(list_[n]);
-  if (pages_.size() < cells.page_limit()) pages_.resize(cells.page_limit());
+  if (pages_.size() < cells.page_limit()) pages_.resize(cells.page_limit()), kinds_.resize(cells.page_limit());
   // Neighbours of those are looked at.
   std::vector<PageId> beside;
   for (const PageId p : list_) {
@@ -258,102 +299,187 @@ void Fire::list_pages(Cells& cells) {
 
 /// Voxels of a page beside one of `mask`.
 LeafMask Fire::near(const Cells& cells, PageId p, LeafMask FirePage::*mask) const {
-  LeafMask all;
-  const LeafMask& own = pages_[p].*mask;
-  const bool none = own.is_none();
-  for (int face = 0; face < 6; ++face) {
+  const LeafMask* beyond[6];
+  for (size_t face = 0; face < 6; ++face) {
     const PageId other = cells.around(p)[kFacePage[face]];
-    const LeafMask& beyond = other == kClosedPage ? world::kNoneMask : pages_[other].*mask;
-    if (!none || !beyond.is_none()) all = all | world::across(own, beyond, face);
+    beyond[face] = other == kClosedPage ? &world::kNoneMask : &(pages_[other].*mask);
   }
-  return all;
+  return world::across_any(pages_[p].*mask, beyond);
 }
 
 /// Each voxel with a chance of 1 / 2^halves.
 LeafMask Fire::random(const Cells& cells, PageId p, const Tick& tick, int stream, int halves) const {
   LeafMask m = world::kAllMask;
+  const uint64_t hash = world::hash_combine(cells.hash(p), tick.number);
   for (int k = 0; k < halves; ++k)
     for (int w = 0; w < 8; ++w)
-      m.word[w] &= world::hash_combine(world::hash_combine(cells.hash(p), tick.number),
-                                       static_cast<uint64_t>(0xf12e00 + stream * 256 + k * 8 + w));
+      m.word[w] &= world::hash_combine(hash, static_cast<uint64_t>(0xf12e00 + stream * 256 + k * 8 + w));
   return m;
 }
 
+void Fire::follow_burns(double dt) {
+  if (dt != burns_dt_) burns_.clear();
+  burns_dt_ = dt;
+  for (size_t n = burns_.size(); n < codes_.size(); ++n) {
+    const FireTraits& t = (*blocks_)[static_cast<BlockId>(n)];
+    Burn& burn = burns_.emplace_back();
+    const double kelvin =
+        static_cast<double>(blocks_->thermal()[static_cast<BlockId>(n)].born) + blocks_->thermal().rest_k();
+    burn.radiated = std::llround(kStefanBoltzmann * kelvin * kelvin * kelvin * kelvin * dt / kHeatUnitJ);
+    if (!t.fuel) continue;
+    const double part = std::min(dt / (t.hours * 3600), 1.0);
+    burn.spent = static_cast<uint16_t>(std::clamp(std::llround(part * kAllFuel), 1ll, 65535ll));
+    const double freed = t.energy * burn.spent / kAllFuel;
+    burn.share = std::llround(freed * kRadiated / kShares);
+    burn.freed = std::llround(freed);
+  }
+}
+
+/// Where a page holds at least so much heat.
+LeafMask reached(const int32_t* heats, int64_t least) {
+  if (!heats) return least <= 0 ? world::kAllMask : world::kNoneMask;
+  if (least > INT32_MAX) return world::kNoneMask;
+  return voxels_from(heats, static_cast<int32_t>(std::max<int64_t>(least, INT32_MIN)));
+}
+
+/// Heavy voxels that are not as warm as a flame: others take in no more.
+LeafMask Fire::takers(const Cells& cells, PageId p) const {
+  const FireKinds& kinds = kinds_[p];
+  const int32_t* heats = cells.find_heats(p);
+  LeafMask takes;
+  for (size_t k = 0; k < kinds.count; ++k)
+    takes = takes | without(kinds.mask[k], reached(heats, flame_heat_[kinds.id[k]]));
+  world::for_each_voxel(kinds.others, [&](int i) {
+    if ((heats ? heats[i] : 0) < flame_heat_[cells.block(p, i)]) takes.set(i);
+  });
+  return takes;
+}
+
 /// What burns in this tick: warm enough fuels with air beside them.
-void Fire::find_burning(const Cells& cells, PageId p, double dt) {
+void Fire::find_burning(const Cells& cells, PageId p) {
   FirePage& page = pages_[p];
   page.burning.clear();
   page.burns = {};
   page.cool = page.fuel;
   const int32_t* heats = cells.find_heats(p);
   if (!heats || page.fuel.is_none()) return;
-  std::optional<LeafMask> fed;
-  world::for_each_voxel(page.fuel, [&](int i) {
-    const auto n = static_cast<size_t>(i);
-    if (heats[n] <= 0) return;
+  FireKinds& kinds = kinds_[p];
+  kinds.takes = takers(cells, p);
+  kinds.takes_tick = ticks_;
+  // What holds no heat is cool and doesn't burn, however warm it was born.
+  LeafMask burns;
+  for (size_t k = 0; k < kinds.count; ++k) {
+    const BlockId id = kinds.id[k];
+    if (!(*blocks_)[id].fuel) continue;
+    burns = burns | (kinds.mask[k] & reached(heats, std::max<int64_t>(ignition_heat_[id], 1)));
+    page.cool = without(page.cool,
+                        flame_heat_[id] > 0 ? without(kinds.mask[k], kinds.takes) : kinds.mask[k] & reached(heats, 1));
+  }
+  world::for_each_voxel(kinds.others & page.fuel, [&](int i) {
     const BlockId id = cells.block(p, i);
-    if (heats[n] >= flame_heat_[id]) page.cool.clear(i);
-    if (heats[n] < ignition_heat_[id]) return;
-    if (!fed) fed = near(cells, p, &FirePage::feeds);
-    if (!fed->test(i)) return;
-    const FireTraits& t = (*blocks_)[id];
-    const double part = std::min(dt / (t.hours * 3600), 1.0);
-    const auto spent = static_cast<uint16_t>(std::clamp(std::llround(part * kAllFuel), 1ll, 65535ll));
-    const double freed = t.energy * spent / kAllFuel;
-    page.burning.push_back({static_cast<uint16_t>(i), spent, std::llround(freed * kRadiated / kShares)});
-    page.burns.set(i);
-    freed_ += std::llround(freed);
+    if (heats[i] <= 0) return;
+    if (heats[i] >= ignition_heat_[id]) burns.set(i);
+    if (heats[i] >= flame_heat_[id]) page.cool.clear(i);
   });
+  if (burns.is_none()) return;
+  page.burns = burns & near(cells, p, &FirePage::feeds);
+  int64_t freed = 0;
+  const auto add = [&](BlockId id, const LeafMask& mask, int count) {
+    const Burn& burn = burns_[id];
+    freed += burn.freed * count;
+    for (Burning& b : page.burning)
+      if (b.spent == burn.spent && b.share == burn.share) {
+        b.mask = b.mask | mask;
+        return;
+      }
+    page.burning.push_back({mask, burn.spent, burn.share});
+  };
+  for (size_t k = 0; k < kinds.count; ++k)
+    if (const LeafMask mask = kinds.mask[k] & page.burns; !mask.is_none()) add(kinds.id[k], mask, mask.count());
+  world::for_each_voxel(kinds.others & page.burns, [&](int i) {
+    LeafMask one;
+    one.set(i);
+    add(cells.block(p, i), one, 1);
+  });
+  freed_ += freed;
+}
+
+/// What a page takes in from what burns in it and across its sides; `around`: itself, and those in which something
+/// burns, or null. Returns how much that is.
+int64_t Fire::give_shares(Cells::Heats& heats, const FirePage* const* around, const LeafMask& takes,
+                          bool& changed) const {
+  constexpr int64_t kMostHeat = INT32_MAX / 2;
+  // By size of a share: for each the voxels that give it, then how often each voxel takes it.
+  const auto each_share = [&](auto use) {
+    for (int64_t last = -1;;) {
+      int64_t next = INT64_MAX;
+      for (size_t n = 0; n < 7; ++n)
+        if (around[n])
+          for (const Burning& b : around[n]->burning)
+            if (b.share > last) next = std::min(next, b.share);
+      if (next == INT64_MAX) return;
+      use(next);
+      last = next;
+    }
+  };
+  int64_t most = 0, kept = 0;
+  each_share([&](int64_t share) { most += share * 8; });
+  const bool fits =
+      most <= kMostHeat && (takes & voxels_from(heats.data(), static_cast<int32_t>(kMostHeat - most))).is_none();
+  each_share([&](int64_t share) {
+    LeafMask gives[7];
+    const LeafMask* beyond[6];
+    for (size_t n = 0; n < 7; ++n) {
+      if (n > 0) beyond[n - 1] = &gives[n];
+      if (!around[n]) continue;
+      for (const Burning& b : around[n]->burning)
+        if (b.share == share) gives[n] = gives[n] | b.mask;
+    }
+    const TimesMasks times = count_burning(gives[0], beyond, takes);
+    if (fits) {
+      const int count = add_times(times, static_cast<int32_t>(share), heats.data());
+      kept += count * share;
+      changed |= count > 0;
+      return;
+    }
+    for (int k = 0; k < 4; ++k)
+      world::for_each_voxel(times.times[k], [&](int i) {
+        int32_t& heat = heats[static_cast<size_t>(i)];
+        const auto sum = static_cast<int32_t>(std::clamp<int64_t>(heat + (share << k), INT32_MIN / 2, kMostHeat));
+        kept += int64_t{sum} - heat;
+        heat = sum;
+        changed = true;
+      });
+  });
+  return kept;
 }
 
 /// What the page takes in from what burns and glows, and what its own glowing blocks lose. Returns whether it changed.
-bool Fire::warm(Cells& cells, PageId p, double dt) {
+bool Fire::warm(Cells& cells, PageId p) {
   FirePage& page = pages_[p];
-  const auto any_burning = [&] {
-    if (!page.burning.empty()) return true;
-    for (const size_t around : kFacePage)
-      if (const PageId other = cells.around(p)[around]; other != kClosedPage && !pages_[other].burning.empty())
-        return true;
-    return false;
-  }();
+  const FirePage* around[7] = {&page};
+  bool any_burning = burns_in_[p];
+  for (size_t face = 0; face < 6; ++face) {
+    const PageId other = cells.around(p)[kFacePage[face]];
+    around[face + 1] = burns_in_[other] ? &pages_[other] : nullptr;
+    any_burning |= burns_in_[other] != 0;
+  }
   LeafMask lit = page.fuel & page.cool, radiates = without(page.torch, page.flame);
   if (!lit.is_none()) lit = lit & near(cells, p, &FirePage::torch);
   if (!radiates.is_none()) radiates = radiates & near(cells, p, &FirePage::cool);
   if (!any_burning && lit.is_none() && radiates.is_none()) return false;
+  FireKinds& kinds = kinds_[p];
+  if (kinds.takes_tick != ticks_) kinds.takes = takers(cells, p);
   Cells::Heats& heats = cells.heats(p);
-  const std::array<int32_t, world::kLeafVoxels> before = heats;
   bool changed = false;
-  int64_t kept = 0;
-  const auto give = [&](int i, int64_t units) {
-    const auto n = static_cast<size_t>(i);
-    if (!page.heavy.test(i) || before[n] >= flame_heat_[cells.block(p, i)]) return;
-    const auto sum = static_cast<int32_t>(std::clamp<int64_t>(heats[n] + units, INT32_MIN / 2, INT32_MAX / 2));
-    kept += int64_t{sum} - heats[n];
-    heats[n] = sum;
-    changed = true;
-  };
-  for (const Burning& b : page.burning) give(b.index, b.share);
-  for (int face = 0; face < 6 && any_burning; ++face) {
-    const PageId other = cells.around(p)[kFacePage[face]];
-    const int64_t times = face == world::kFaceNegY ? 2 : 1;  // flames below
-    const int shift = 6 - 3 * world::face_axis(face), stride = 1 << shift;
-    const int sign = world::face_sign(face);
-    const auto from = [&](const std::vector<Burning>& all, bool beyond) {
-      for (const Burning& b : all) {
-        // The voxel whose neighbour across `face` burns.
-        const int along = b.index >> shift & 7, at = along - sign;
-        if (((at < 0) || (at > 7)) != beyond) continue;
-        give(b.index - (beyond ? sign * stride - sign * 8 * stride : sign * stride), b.share * times);
-      }
-    };
-    from(page.burning, false);
-    if (other != kClosedPage) from(pages_[other].burning, true);
+  int64_t kept = any_burning ? give_shares(heats, around, kinds.takes, changed) : 0;
+  int64_t lost = 0;
+  if (lit.is_none() && radiates.is_none()) {
+    kept_ += kept;
+    if (kept != 0) cells.book_heat(kept);
+    return changed;
   }
   // Glowing blocks and torches, as black bodies.
-  const auto radiated = [&](BlockId id) {
-    const double kelvin = static_cast<double>(blocks_->thermal()[id].born) + blocks_->thermal().rest_k();
-    return std::llround(kStefanBoltzmann * kelvin * kelvin * kelvin * kelvin * dt / kHeatUnitJ);
-  };
   for (int face = 0; face < 6; ++face) {
     const PageId other = cells.around(p)[kFacePage[face]];
     const LeafMask& torch_beyond = other == kClosedPage ? world::kNoneMask : pages_[other].torch;
@@ -363,32 +489,33 @@ bool Fire::warm(Cells& cells, PageId p, double dt) {
     world::for_each_voxel(lit & world::across(page.torch, torch_beyond, face), [&](int i) {
       const bool leaves = (i >> shift & 7) == (sign > 0 ? 7 : 0);
       const BlockId glows = leaves ? cells.block(other, i - sign * 7 * stride) : cells.block(p, i + sign * stride);
-      give(i, radiated(glows));
+      if (!kinds.takes.test(i)) return;
+      int32_t& heat = heats[static_cast<size_t>(i)];
+      const auto sum =
+          static_cast<int32_t>(std::clamp<int64_t>(heat + burns_[glows].radiated, INT32_MIN / 2, INT32_MAX / 2));
+      kept += int64_t{sum} - heat;
+      heat = sum;
+      changed = true;
     });
     world::for_each_voxel(radiates & world::across(page.cool, cool_beyond, face), [&](int i) {
-      const auto n = static_cast<size_t>(i);
-      heats[n] = static_cast<int32_t>(std::max<int64_t>(heats[n] - radiated(cells.block(p, i)), INT32_MIN / 2));
+      int32_t& heat = heats[static_cast<size_t>(i)];
+      const auto left =
+          static_cast<int32_t>(std::max<int64_t>(heat - burns_[cells.block(p, i)].radiated, INT32_MIN / 2));
+      lost += int64_t{heat} - left;
+      heat = left;
       changed = true;
     });
   }
   kept_ += kept;
-  int64_t came = 0;
-  for (size_t n = 0; changed && n < heats.size(); ++n) came += int64_t{heats[n]} - before[n];
-  if (came != 0) cells.book_heat(came);
+  if (kept != lost) cells.book_heat(kept - lost);
   return changed;
 }
 
 /// Fuel that is spent goes, flames stand beside what burns, and end where nothing does.
 void Fire::burn(Cells& cells, PageId p, const Tick& tick, LeafMask& changed) {
   FirePage& page = pages_[p];
-  for (const Burning& b : page.burning) {
-    uint16_t& spent = (*page.spent)[b.index];
-    if (static_cast<uint32_t>(spent) + b.spent < kAllFuel) {
-      spent = static_cast<uint16_t>(spent + b.spent);
-      continue;
-    }
-    spent = 0;
-    const Cell was = cells.cell(p, b.index);
+  const auto leave = [&](int i) {
+    const Cell was = cells.cell(p, i);
     const BlockId leaves = (*blocks_)[was.block].leaves;
     // As warm as it was; the rest goes off with the smoke. Air that was a fire is a flame.
     Cell now{.block = leaves == world::kAir ? blocks_->fire() : leaves};
@@ -398,13 +525,14 @@ void Fire::burn(Cells& cells, PageId p, const Tick& tick, LeafMask& changed) {
           std::clamp<double>(blocks_->thermal().capacity(leaves) *
                                  static_cast<double>(temperature(blocks_->thermal().voxel(was.block), was.heat)),
                              INT32_MIN / 2, INT32_MAX / 2));
-    cells.transmute(p, b.index, now);
-    changed.set(b.index);
-  }
+    cells.transmute(p, i, now);
+    changed.set(i);
+  };
+  for (const Burning& b : page.burning) world::for_each_voxel(spend(b.mask, b.spent, page.spent->data()), leave);
   const LeafMask beside = near(cells, p, &FirePage::burns);
   if (beside.is_none() && page.flame.is_none()) return;
-  if (blocks_->fire() != world::kAir)
-    world::for_each_voxel(page.air & beside & random(cells, p, tick, 0, kFlameRises), [&](int i) {
+  if (const LeafMask room = page.air & beside; blocks_->fire() != world::kAir && !room.is_none())
+    world::for_each_voxel(room & random(cells, p, tick, 0, kFlameRises), [&](int i) {
       cells.transmute(p, i, {.block = blocks_->fire(), .amount = kFullVoxel});
       changed.set(i);
     });
@@ -455,6 +583,7 @@ RuleReport Fire::step(Cells& cells, const Tick& tick) {
   RuleReport report;
   if (!blocks_) blocks_ = std::make_unique<FireBlocks>(cells.palette(), tick.options->reactions, tick.options->rest_k);
   follow_blocks(cells);
+  ++ticks_;
   list_pages(cells);
   const SimKnobs& knobs = tick.options->knobs;
   const bool by_heat = knobs.fire_model == FireModel::heat;
@@ -467,16 +596,19 @@ RuleReport Fire::step(Cells& cells, const Tick& tick) {
     });
   };
   if (by_heat) {
-    each([&](size_t, PageId p) { find_burning(cells, p, dt); });
+    follow_burns(dt);
+    each([&](size_t, PageId p) { find_burning(cells, p); });
+    burns_in_.assign(cells.page_limit(), 0);
     for (const PageId p : list_)
-      if (!pages_[p].burning.empty()) spent_of(p);
+      if (!pages_[p].burning.empty()) spent_of(p), burns_in_[p] = 1;
     // A flame that touches what burns is part of that; another is a torch.
     each([&](size_t, PageId p) {
       FirePage& page = pages_[p];
-      page.torch = without(page.hot, page.flame & near(cells, p, &FirePage::burns));
+      page.torch = page.hot;
+      if (!page.flame.is_none()) page.torch = without(page.hot, page.flame & near(cells, p, &FirePage::burns));
       page.live = !page.burning.empty() || !page.flame.is_none();
     });
-    each([&](size_t n, PageId p) { heated[n] = warm(cells, p, dt); });
+    each([&](size_t n, PageId p) { heated[n] = warm(cells, p); });
     each([&](size_t n, PageId p) { burn(cells, p, tick, changed[n]); });
   } else {
     each([&](size_t n, PageId p) { jump(cells, p, tick, changed[n]); });
@@ -491,7 +623,7 @@ RuleReport Fire::step(Cells& cells, const Tick& tick) {
   }
   cells.spread();
   report.leaves_visited = list_.size();
-  report.bytes = pages_.capacity() * sizeof(FirePage);
+  report.bytes = pages_.capacity() * sizeof(FirePage) + kinds_.capacity() * sizeof(FireKinds);
   for (const PageId p : list_) forget_spent(p);
   report.bytes += spent_.size() * sizeof(FuelSpent);
   if (freed_ > 0)

@@ -99,6 +99,32 @@ TEST(Fire, NeedsAirBesideIt) {
   EXPECT_LT(count(world, rule, "oak_log"), 27u);
 }
 
+TEST(Fire, FuelsBurnAlikeInALeafOfManyBlocks) {
+  const char* colours[] = {"red", "orange", "yellow", "green", "blue", "purple", "white", "grey", "black"};
+  const auto burn = [&](bool many) {
+    World world(world::standard_blocks());
+    for (int n = 0; n < 18; ++n) {
+      const std::string name = std::string(n < 9 ? "concrete_" : "terracotta_") + colours[many ? n % 9 : 0];
+      fill(world, {{0, n % 8, n / 8}, {0, n % 8, n / 8}}, block_named(world, many ? name : "concrete_red"));
+    }
+    fill(world, {{3, 0, 0}, {5, 3, 7}}, block_named(world, "oak_leaves"));
+    fill(world, {{4, 0, 0}, {4, 3, 7}}, block_named(world, "birch_log"));
+    fill(world, {{3, 4, 4}, {3, 4, 4}}, block_named(world, "fire"));
+    RuleAlone rule(world, "fire", by(FireModel::heat, 5));
+    std::vector<int64_t> state;
+    for (int i = 0; i < 300; ++i) {
+      rule.step();
+      if (i % 20 == 0) state.push_back(rule.total());
+    }
+    for (const char* block : {"fire", "oak_leaves", "birch_log", "ash"})
+      state.push_back(static_cast<int64_t>(count(world, rule, block)));
+    return state;
+  };
+  const std::vector<int64_t> few = burn(false);
+  EXPECT_EQ(burn(true), few);
+  EXPECT_LT(few[few.size() - 3], 64);  // leaves
+}
+
 TEST(Fire, LavaLightsWhatIsBesideItAndCoolsByThat) {
   World world(world::standard_blocks());
   fill(world, {{0, 0, 0}, {7, 0, 7}}, block_named(world, "granite"));
