@@ -74,6 +74,12 @@ bool asked_by_environment() {
   return value && *value && std::strcmp(value, "0") != 0;
 }
 
+/// The submission at which the environment wants each device lost; 0: none.
+long loss_by_environment() {
+  const char* value = std::getenv("LOAM_LOSE_DEVICE");
+  return value ? std::strtol(value, nullptr, 10) : 0;
+}
+
 }  // namespace
 
 world::Result<std::unique_ptr<Device>> Device::make(const DeviceOptions& options) {
@@ -192,6 +198,8 @@ world::Status Device::choose_physical(const std::vector<std::string>& without) {
 
 world::Status Device::open(const DeviceOptions& options) {
   lose_device_ = options.lose_device;
+  if (const long at = loss_by_environment(); at > 0 && !lose_device_)
+    lose_device_ = [left = at]() mutable { return --left == 0; };
   messages_->print = asked_by_environment();
   TRY_STATUS(open_instance(options.validation || asked_by_environment(), options));
   TRY_STATUS(choose_physical(options.without));

@@ -20,7 +20,8 @@ struct DeviceOptions {
   /// Loads the validation layer with synchronization validation; fails where it is not installed. LOAM_VALIDATION=1 in
   /// the environment does the same and prints what the layer says.
   bool validation = false;
-  /// For tests: asked at each submission; true loses the device there.
+  /// For tests: asked at each submission; true loses the device there. LOAM_LOSE_DEVICE=N in the environment loses each
+  /// device at its Nth.
   std::function<bool()> lose_device = {};
   /// Where compiled pipelines are kept; none: where the environment says, but nowhere with validation.
   std::optional<std::filesystem::path> cache_folder = {};

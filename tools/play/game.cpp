@@ -86,6 +86,7 @@ world::Status Game::close() {
 }
 
 void Game::say(const std::string& sentence) {
+  if (!messages_.empty() && messages_.back().text == sentence) messages_.pop_back();
   // Long ones are read longer.
   messages_.push_back({sentence, SimThread::now_s() + kMessageS + kReadS * static_cast<double>(sentence.size())});
   while (messages_.size() > 4) messages_.pop_front();
@@ -578,7 +579,14 @@ PictureRequest Game::picture_request(int width, int height) {
 }
 
 void Game::took(const Picture& picture_made) {
-  if (!picture_made.error.empty()) say(picture_made.error);
+  if (picture_made.error.empty()) return;
+  if (picture_made.device_failed && picture.backend == "raster") {
+    // A device that is lost each time it is opened must not leave the player in the dark.
+    picture.backend = "raycast", view = ViewMode::single;
+    say(picture_made.error + "; rays draw the pictures from here on");
+  } else {
+    say(picture_made.error);
+  }
 }
 
 }  // namespace tools

@@ -228,6 +228,11 @@ void PictureMaker::measure(const PictureRequest& request, const render::Image& d
                       render::compare_images(drawn, reference_->image).metrics};
 }
 
+void PictureMaker::fail(const world::Error& error, Picture& picture) const {
+  picture.error = error.message;
+  picture.device_failed = error.kind == world::ErrorKind::no_device;
+}
+
 Picture PictureMaker::make(const PictureRequest& request) {
   const auto start = Steady::now();
   Picture picture;
@@ -238,7 +243,7 @@ Picture PictureMaker::make(const PictureRequest& request) {
   follow_inhabitants(request.measured.has_value());
   auto drawn = frame(request.settings, request, picture);
   if (!drawn) {
-    picture.error = drawn.error().message;
+    fail(drawn.error(), picture);
     return picture;
   }
   picture.report = std::move(drawn->report);
@@ -253,7 +258,7 @@ Picture PictureMaker::make(const PictureRequest& request) {
   if (request.mode != ViewMode::single) {
     auto second = frame(request.other, request, picture);
     if (!second) {
-      picture.error = second.error().message;
+      fail(second.error(), picture);
       return picture;
     }
     picture.other_report = std::move(second->report);

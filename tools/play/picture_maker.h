@@ -64,6 +64,7 @@ struct Picture {
   uint64_t number = 0;
   std::string backend;
   std::string error;                               // no picture: one sentence; else empty
+  bool device_failed = false;                      // why there is no picture: the rasterizer's device
   std::optional<render::ErrorMetrics> difference;  // of split views and error maps: settings against other
   struct Measured {
     double ms = 0;
@@ -98,6 +99,7 @@ class PictureMaker {
  private:
   void run();
   Picture make(const PictureRequest& request);
+  void fail(const world::Error& error, Picture& picture) const;
   world::Result<render::Frame> frame(const PictureSettings& settings, const PictureRequest& request, Picture& picture);
   void follow(const PictureRequest& request, Picture& picture);
   void follow_inhabitants(bool stand_still);

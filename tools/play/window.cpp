@@ -21,6 +21,8 @@ std::string glfw_failure() {
   return text ? text : "it doesn't say why";
 }
 
+constexpr int kMostLosses = 3;  // of Vulkan's device, with no picture between them, before OpenGL takes its place
+
 PlayWindow* self(GLFWwindow* window) { return static_cast<PlayWindow*>(glfwGetWindowUserPointer(window)); }
 
 }  // namespace
@@ -53,13 +55,7 @@ world::Status PlayWindow::open(int width, int height, bool vertical_sync, bool t
   return world::Error{world::ErrorKind::no_device, why_not_vulkan_ + "; and " + opengl.error().message};
 }
 
-world::Status PlayWindow::open_with(bool vulkan, int width, int height, bool vertical_sync) {
-  presenter_.reset();
-  if (has_interface_) {
-    ImGui_ImplGlfw_Shutdown();
-    ImGui::DestroyContext();
-    has_interface_ = false;
-  }
+world::Status PlayWindow::make_window(bool vulkan, int width, int height) {
   if (window_) glfwDestroyWindow(window_);
   glfwDefaultWindowHints();
   glfwWindowHint(GLFW_CLIENT_API, vulkan ? GLFW_NO_API : GLFW_OPENGL_API);
@@ -71,6 +67,22 @@ world::Status PlayWindow::open_with(bool vulkan, int width, int height, bool ver
   }
   window_ = glfwCreateWindow(width, height, "Loam", nullptr, nullptr);
   if (!window_) return world::Error{world::ErrorKind::no_device, "no window can be opened: " + glfw_failure()};
+  for_vulkan_ = vulkan;
+  // What was asked of the one before.
+  if (std::exchange(captured_, false)) capture_mouse(true);
+  if (std::exchange(full_screen_, false)) set_full_screen(true);
+  return {};
+}
+
+world::Status PlayWindow::open_with(bool vulkan, int width, int height, bool vertical_sync) {
+  presenter_.reset();
+  if (has_interface_) {
+    ImGui_ImplGlfw_Shutdown();
+    ImGui::DestroyContext();
+    has_interface_ = false;
+  }
+  // The same window, with where it stands, the keyboard and the mouse, unless it must be of another kind.
+  if (!window_ || vulkan != for_vulkan_) TRY_STATUS(make_window(vulkan, width, height));
   if (!vulkan) glfwMakeContextCurrent(window_);
   glfwGetFramebufferSize(window_, &width_, &height_);
   IMGUI_CHECKVERSION();
@@ -191,14 +203,16 @@ world::Status PlayWindow::end_frame() {
   ImGui::Render();
   if (minimized()) return {};
   const auto shown = presenter_->show(ImGui::GetDrawData());
-  if (shown.ok()) return {};
+  if (shown.ok()) {
+    losses_in_a_row_ = 0;
+    return {};
+  }
   // The world goes on in its own thread: what is lost is the way to the screen, which is made anew.
-  if (++losses_ > 3) return shown.error();
-  const bool again = open_with(true, window_width_ > 0 ? window_width_ : width_,
-                               window_height_ > 0 ? window_height_ : height_, vertical_sync_)
-                         .ok();
-  if (again) return {};
+  ++losses_;
   why_not_vulkan_ = shown.error().message;
+  if (for_vulkan_ && ++losses_in_a_row_ <= kMostLosses && open_with(true, width_, height_, vertical_sync_).ok())
+    return {};
+  if (!for_vulkan_) return shown.error();
   return open_with(false, width_, height_, vertical_sync_);
 }
 

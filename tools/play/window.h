@@ -45,7 +45,7 @@ class PlayWindow {
   bool wants_close() const;
   void clear_close();
   void begin_frame();  // of the interface
-  /// Ends it and shows it. A device that is lost is made anew, three times at most.
+  /// Ends it and shows it. A device that is lost is made anew; one that is lost again and again gives way to OpenGL.
   world::Status end_frame();
 
   std::optional<Gamepad> gamepad() const;
@@ -65,6 +65,7 @@ class PlayWindow {
  private:
   explicit PlayWindow(WindowEvents events) : events_(std::move(events)) {}
   world::Status open(int width, int height, bool vertical_sync, bool try_vulkan);
+  world::Status make_window(bool vulkan, int width, int height);
   world::Status open_with(bool vulkan, int width, int height, bool vertical_sync);
   void listen();
 
@@ -74,7 +75,8 @@ class PlayWindow {
   std::string why_not_vulkan_;
   int width_ = 0, height_ = 0;
   bool focused_ = true, captured_ = false, full_screen_ = false, has_interface_ = false, vertical_sync_ = true;
-  int losses_ = 0;
+  bool for_vulkan_ = false;  // what the window was made for
+  int losses_ = 0, losses_in_a_row_ = 0;
   // A key that goes down and up within one frame must still be seen by the interface, which looks once a frame.
   std::vector<int> pressed_, released_, release_now_;
   double mouse_x_ = 0, mouse_y_ = 0;

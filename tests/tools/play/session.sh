@@ -132,6 +132,11 @@ shots=(data/screenshots/*.png)
 claim "both backends drew the same" "$loam" diff "${shots[0]}" "${shots[1]}" --max-flip 0.01
 claim "the recording repeats to the same hashes" "$loam" replay session.log
 
+ends_well() {
+  kill -TERM $game
+  for _ in $(seq 300); do kill -0 $game 2>/dev/null || break; sleep 0.1; done
+  wait $game
+}
 # Without a word it goes on with the last world, also where the last time ended by force.
 resumes() {
   rm -f status.json
@@ -147,9 +152,22 @@ claim "the last world is noted when it opens" until_true knows_it
 kill -KILL $game
 wait $game 2>/dev/null
 resumes
-kill -TERM $game
-for _ in $(seq 300); do kill -0 $game 2>/dev/null || break; sleep 0.1; done
-wait $game
-claim "the end of a session ends it well" test $? -eq 0
+claim "the end of a session ends it well" ends_well
+claim "the world is in its file" "$loam" check data/worlds/meadow.loam
+
+# A graphics device that goes away in the middle, and one that always does.
+says_shown() { [[ $(get shown_by) == *"$1"* ]]; }
+says() { [[ $(get message) == *"$1"* ]]; }
+LOAM_LOSE_DEVICE=60 resumes
+claim "a device that was lost is opened again" until_true says "opened again"
+number=$(get picture)
+claim "  and draws on" until_true drawn $((number + 2))
+claim "  by the same backend" is backend '"raster"'
+claim "Vulkan's validation has nothing to say" is validation 0
+claim "  and ends well" ends_well
+LOAM_LOSE_DEVICE=1 resumes
+claim "where no device stays, rays draw" is backend '"raycast"'
+claim "  and OpenGL shows it" says_shown OpenGL
+claim "  and ends well" ends_well
 claim "the world is in its file" "$loam" check data/worlds/meadow.loam
 exit $failed
