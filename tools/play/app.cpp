@@ -297,12 +297,13 @@ void App::dropped(const std::vector<std::filesystem::path>& paths) {
 
 void App::follow_gamepad(double dt) {
   const std::optional<Gamepad> pad = window_->gamepad();
-  if (!pad || !game_ || !window_->focused()) return;
+  if (!pad || !window_->focused()) return;
   constexpr uint32_t kLeftTrigger = 1u << 30, kRightTrigger = 1u << 31;
   uint32_t now = pad->buttons;
   if (pad->left_trigger > 0.5) now |= kLeftTrigger;
   if (pad->right_trigger > 0.5) now |= kRightTrigger;
   const uint32_t before = std::exchange(pad_buttons_, now);
+  if (!game_) return;  // the menu's
   const bool plays = over_ == Over::nothing;
   game_->walk_by(plays ? -pad->left_y : 0, plays ? pad->left_x : 0);
   if (plays) {

@@ -99,7 +99,7 @@ bool KnobPanel::draw(Game& game, const HudNumbers&, PlaySettings& settings, floa
     fitted_ = "kept for all worlds";
   }
   if (!fitted_.empty()) ImGui::TextDisabled("%s", fitted_.c_str());
-  ImGui::BeginChild("rows");
+  ImGui::BeginChild("rows", {}, false, ImGuiWindowFlags_NavFlattened);
   if (ImGui::BeginTable("knobs", 3, ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingFixedFit)) {
     ImGui::TableSetupColumn("knob");
     ImGui::TableSetupColumn("is");

@@ -77,7 +77,7 @@ std::optional<world::BlockId> PaletteView::draw(const Game& game, float scale, b
     if (on) ImGui::PopStyleColor();
   }
   ImGui::Separator();
-  ImGui::BeginChild("all");
+  ImGui::BeginChild("all", {}, false, ImGuiWindowFlags_NavFlattened);
   const float size = 46 * scale;
   const int across = std::max(1, static_cast<int>(ImGui::GetContentRegionAvail().x / (size + 6 * scale)));
   int shown = 0;
@@ -204,7 +204,7 @@ MenuChoice MenuView::draw_start(const std::vector<SceneEntry>& scenes, PlaySetti
   ImGui::Begin(
       "start", nullptr,
       kPlain | ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoBringToFrontOnFocus);
-  ImGui::BeginChild("left", {260 * scale, 0});
+  ImGui::BeginChild("left", {260 * scale, 0}, false, ImGuiWindowFlags_NavFlattened);
   ImGui::SetWindowFontScale(2.2f);
   ImGui::TextUnformatted("Loam");
   ImGui::SetWindowFontScale(1);
@@ -234,7 +234,7 @@ MenuChoice MenuView::draw_start(const std::vector<SceneEntry>& scenes, PlaySetti
   ImGui::PopTextWrapPos();
   ImGui::EndChild();
   ImGui::SameLine(0, 20 * scale);
-  ImGui::BeginChild("right");
+  ImGui::BeginChild("right", {}, false, ImGuiWindowFlags_NavFlattened);
   if (page_ == Page::settings) {
     draw_settings(settings, scale);
   } else if (page_ == Page::new_world) {
@@ -366,7 +366,7 @@ bool MenuView::draw_keys(PlaySettings& s) {
   for (const Bindings::Conflict& c : s.bindings.conflicts())
     ImGui::TextColored({1, 0.75f, 0.3f, 1}, "%s does two things: %s, and %s", key_name(c.key).c_str(),
                        std::string(row_of(c.a).what).c_str(), std::string(row_of(c.b).what).c_str());
-  ImGui::BeginChild("keys");
+  ImGui::BeginChild("keys", {}, false, ImGuiWindowFlags_NavFlattened);
   if (ImGui::BeginTable("keys", 3, ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingStretchProp)) {
     for (const ActionRow& row : action_rows()) {
       ImGui::TableNextRow();
@@ -387,16 +387,21 @@ bool MenuView::draw_keys(PlaySettings& s) {
   return changed;
 }
 
+constexpr const char* kGamepadHelp =
+    "Gamepad: the left stick walks (pressed: runs), the right one looks (pressed: takes the block), A jumps, B "
+    "crouches "
+    "and closes, X undoes, Y opens all blocks, triggers place and break, bumpers choose, start opens the menu; in "
+    "menus "
+    "the cross moves and A chooses.";
+
 bool draw_help(const Bindings& bindings, float width, float height, float scale) {
   centre(width, height, 1100 * scale, 710 * scale);
   bool open = true;
   ImGui::Begin("How to play", &open, kPlain | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove);
   ImGui::TextWrapped(
       "Walk with %s %s %s %s, jump with %s; press it twice to fly. The mouse looks round: the left button breaks, the "
-      "right "
-      "one places what is in hand, the middle one takes what is there. %s opens all blocks, 1 to 9 and the wheel "
-      "choose. "
-      "%s undoes anything, with all that followed from it. %s lets go of the mouse.",
+      "right one places what is in hand, the middle one takes what is there. %s opens all blocks, 1 to 9 and the wheel "
+      "choose. %s undoes anything, with all that followed from it. %s lets go of the mouse.",
       bindings.text(Action::forward).c_str(), bindings.text(Action::left).c_str(), bindings.text(Action::back).c_str(),
       bindings.text(Action::right).c_str(), bindings.text(Action::jump).c_str(), bindings.text(Action::palette).c_str(),
       bindings.text(Action::undo).c_str(), bindings.text(Action::menu).c_str());
@@ -419,6 +424,7 @@ bool draw_help(const Bindings& bindings, float width, float height, float scale)
     }
     ImGui::EndTable();
   }
+  ImGui::TextWrapped("%s", kGamepadHelp);
   if (ImGui::Button("Play", {160 * scale, 32 * scale})) open = false;
   ImGui::SameLine();
   ImGui::TextDisabled("%s shows this again", bindings.text(Action::help).c_str());

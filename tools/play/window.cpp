@@ -182,6 +182,36 @@ bool PlayWindow::minimized() const {
   return width_ == 0 || height_ == 0 || glfwGetWindowAttrib(window_, GLFW_ICONIFIED) != 0;
 }
 
+/// Where the game has no use for a gamepad it moves through menus: A chooses, B goes back. ImGui's own reading of it
+/// knows only joysticks whose buttons lie in one order (until its version 1.87).
+void PlayWindow::navigate_by_gamepad() {
+  ImGuiIO& io = ImGui::GetIO();
+  const std::optional<Gamepad> pad = captured_ ? std::nullopt : gamepad();
+  std::fill(std::begin(io.NavInputs), std::end(io.NavInputs), 0.0f);
+  if (!pad) {
+    io.ConfigFlags &= ~ImGuiConfigFlags_NavEnableGamepad;
+    return;
+  }
+  io.ConfigFlags |= ImGuiConfigFlags_NavEnableGamepad;
+  io.BackendFlags |= ImGuiBackendFlags_HasGamepad;
+  static constexpr std::pair<int, int> kButtons[] = {{GLFW_GAMEPAD_BUTTON_A, ImGuiNavInput_Activate},
+                                                     {GLFW_GAMEPAD_BUTTON_B, ImGuiNavInput_Cancel},
+                                                     {GLFW_GAMEPAD_BUTTON_X, ImGuiNavInput_Menu},
+                                                     {GLFW_GAMEPAD_BUTTON_Y, ImGuiNavInput_Input},
+                                                     {GLFW_GAMEPAD_BUTTON_DPAD_LEFT, ImGuiNavInput_DpadLeft},
+                                                     {GLFW_GAMEPAD_BUTTON_DPAD_RIGHT, ImGuiNavInput_DpadRight},
+                                                     {GLFW_GAMEPAD_BUTTON_DPAD_UP, ImGuiNavInput_DpadUp},
+                                                     {GLFW_GAMEPAD_BUTTON_DPAD_DOWN, ImGuiNavInput_DpadDown},
+                                                     {GLFW_GAMEPAD_BUTTON_LEFT_BUMPER, ImGuiNavInput_FocusPrev},
+                                                     {GLFW_GAMEPAD_BUTTON_RIGHT_BUMPER, ImGuiNavInput_FocusNext}};
+  for (const auto& [button, input] : kButtons) io.NavInputs[input] = (pad->buttons >> button & 1) != 0 ? 1.0f : 0.0f;
+  const auto push = [&](ImGuiNavInput input, double by) {
+    io.NavInputs[input] = static_cast<float>(std::max(by, 0.0));
+  };
+  push(ImGuiNavInput_LStickLeft, -pad->left_x), push(ImGuiNavInput_LStickRight, pad->left_x);
+  push(ImGuiNavInput_LStickUp, -pad->left_y), push(ImGuiNavInput_LStickDown, pad->left_y);
+}
+
 void PlayWindow::begin_frame() {
   presenter_->begin_frame();
   // What went up within the last frame, before this one begins: in the middle of one, keys and modifiers would
@@ -196,6 +226,7 @@ void PlayWindow::begin_frame() {
     io.ConfigFlags |= ImGuiConfigFlags_NoMouse | ImGuiConfigFlags_NoMouseCursorChange;
   else
     io.ConfigFlags &= ~(ImGuiConfigFlags_NoMouse | ImGuiConfigFlags_NoMouseCursorChange);
+  navigate_by_gamepad();
   ImGui::NewFrame();
 }
 

@@ -68,6 +68,7 @@ class PlayWindow {
   world::Status make_window(bool vulkan, int width, int height);
   world::Status open_with(bool vulkan, int width, int height, bool vertical_sync);
   void listen();
+  void navigate_by_gamepad();
 
   WindowEvents events_;
   GLFWwindow* window_ = nullptr;
