@@ -16,6 +16,7 @@
 #include <hwy/highway.h>
 
 #include "sim/matter/heat_vectors-inl.h"
+#include "world/base/wide_vectors-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sim {
@@ -514,6 +515,7 @@ HWY_INLINE HeatResult conduct_content(const HeatSource& page, const HeatSource* 
 
 HeatResult Conduct(const HeatSource& page, const HeatSource* sides, const HeatStep& step, int32_t* heat,
                    const HeatAhead& ahead) {
+  const world::HWY_NAMESPACE::WideVectors wide;
   if (is_even(page, sides)) return {};
   if (!page.kinds) return conduct_content<Content::one>(page, sides, step, heat, ahead);
   return page.kinds->is_coded ? conduct_content<Content::coded>(page, sides, step, heat, ahead)

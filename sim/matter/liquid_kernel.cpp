@@ -11,6 +11,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "world/base/wide_vectors-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace sim {
 namespace HWY_NAMESPACE {
@@ -96,6 +98,7 @@ LiquidMove FallInto(const LiquidPart& page, const LiquidPart& above, uint16_t* n
 
 LiquidMove Fall(const LiquidPart& page, const LiquidPart& below, const LiquidPart& above, bool gives, bool above_gives,
                 uint16_t* next) {
+  const world::HWY_NAMESPACE::WideVectors wide;
   if (!gives) return FallInto(page, above, next);
   // A pair of rows is live where something may leave it or come in.
   const unsigned wet = page.rows.wet, full = page.rows.full;
@@ -238,6 +241,7 @@ void slide_across_z(const LiquidPart& page, const LiquidPart& side, V film, Liqu
 }
 
 LiquidMove Slide(const LiquidPart& page, const LiquidPart (&sides)[kSides], uint16_t film_amount, uint16_t* next) {
+  const world::HWY_NAMESPACE::WideVectors wide;
   unsigned wet = page.push ? page.rows.wet : 0u, full = page.rows.full;
   for (const LiquidPart& side : sides) {
     if (side.push) wet |= side.rows.wet;

@@ -12,6 +12,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "world/base/wide_vectors-inl.h"
 #include "world/store/ray_lanes-inl.h"
 
 #ifndef LOAM_PARALLEL_RAYS_ONCE
@@ -710,10 +711,12 @@ void cast_piece(const ParallelRaysKernel& map, const ParallelBricks& bricks, con
 
 void cast_grid_rays(const ParallelRaysKernel& map, const ParallelBricks& bricks, const GridRay* rays, size_t count,
                     ParallelAnswers& answers) {
+  const WideVectors wide;
   cast_piece(map, bricks, rays, count, answers);
 }
 void cast_stream_rays(const ParallelRaysKernel& map, const ParallelBricks& bricks, const StreamRay* rays, size_t count,
                       ParallelAnswers& answers) {
+  const WideVectors wide;
   cast_piece(map, bricks, rays, count, answers);
 }
 

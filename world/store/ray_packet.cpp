@@ -21,6 +21,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "world/base/wide_vectors-inl.h"
 #include "world/store/ray_lanes-inl.h"
 
 #ifndef LOAM_RAY_PACKET_ONCE
@@ -587,8 +588,12 @@ void begin_grid_packets(const BrickVolume& bricks, Packet* packets, const GridRa
 void begin_stream_packets(const BrickVolume& bricks, Packet* packets, const StreamRay* rays, size_t count) {
   begin_packets(bricks, packets, rays, count);
 }
-void walk_grid_packet(const BrickVolume& bricks, Packet& p, SliceCache& cache) { walk_packet(bricks, p, cache); }
+void walk_grid_packet(const BrickVolume& bricks, Packet& p, SliceCache& cache) {
+  const WideVectors wide;
+  walk_packet(bricks, p, cache);
+}
 void walk_stream_packet(const BrickVolume& bricks, Packet& p, SliceCache& cache) {
+  const WideVectors wide;
   walk_packet(bricks, p, cache);
   finish_packet(p, bricks.low());
 }
