@@ -28,46 +28,58 @@ struct Children {
   const LeafMask* occupied[8];
 };
 
-BlockId block_of(const Children& c, int x, int y, int z) {
-  return c.blocks[(x >> 3) * 4 + (y >> 3) * 2 + (z >> 3)][(x & 7) * 64 + (y & 7) * 8 + (z & 7)];
-}
-
-/// The block of a cell at twice (x, y, z); `bits`: which of its children are there, by x*4 + y*2 + z.
-BlockId choose(const Children& c, int x, int y, int z, unsigned bits) {
+/// The block of a cell whose first voxel is `voxel`; `low`, `high`: occupied voxels at it and a step of x on, by y*8 +
+/// z from it. The most frequent of the topmost of its four columns; the first of them where none leads.
+BlockId choose(const BlockId* blocks, int voxel, uint64_t low, uint64_t high) {
   BlockId top[4];
   int count = 0;
   for (int column = 0; column < 4; ++column) {
     const int dx = column >> 1, dz = column & 1;
-    for (int dy = 1; dy >= 0; --dy)
-      if (bits >> (dx * 4 + dy * 2 + dz) & 1) {
-        top[count++] = block_of(c, x + dx, y + dy, z + dz);
-        break;
-      }
+    const uint64_t there = (dx != 0 ? high : low) >> dz;
+    if (there & 0x100)
+      top[count++] = blocks[voxel + dx * 64 + 8 + dz];
+    else if (there & 1)
+      top[count++] = blocks[voxel + dx * 64 + dz];
   }
   int best = 0, most = 0;
-  for (int i = 0; i < count; ++i) {
-    const int same = static_cast<int>(std::count(top, top + count, top[i]));
+  for (int i = 0; i < count && most * 2 < count; ++i) {
+    int same = 0;
+    for (int j = i; j < count; ++j) same += top[j] == top[i];
     if (same > most) best = i, most = same;
   }
   return top[best];
+}
+
+/// At bits of even y and z: whether four or more of the cell's eight voxels are there; of two planes of x.
+uint64_t half_full(uint64_t low, uint64_t high) {
+  // Sums in bit planes: over x, then z, then y.
+  const uint64_t x1 = low ^ high, x2 = low & high;
+  const uint64_t carry = x1 & x1 >> 1, z1 = x1 ^ x1 >> 1;
+  const uint64_t z2 = x2 ^ x2 >> 1 ^ carry, z4 = (x2 & x2 >> 1) | (carry & (x2 | x2 >> 1));
+  const uint64_t y2 = z1 & z1 >> 8;
+  const uint64_t four = z4 | z4 >> 8 | (z2 & z2 >> 8) | (y2 & (z2 | z2 >> 8));
+  constexpr uint64_t kEven = 0x0055005500550055;
+  return four & kEven;
 }
 
 /// False where all of the leaf is air.
 bool coarse_leaf(const Children& c, std::array<BlockId, kLeafVoxels>& out) {
   out.fill(kAir);
   bool any = false;
-  for (int x = 0; x < kLeafSize; ++x)
-    for (int y = 0; y < kLeafSize; ++y)
-      for (int z = 0; z < kLeafSize; ++z) {
-        const LeafMask& mask = *c.occupied[(x >> 2) * 4 + (y >> 2) * 2 + (z >> 2)];
-        const int shift = (y & 3) * 16 + (z & 3) * 2;
-        const uint64_t low = mask.word[(x & 3) * 2] >> shift, high = mask.word[(x & 3) * 2 + 1] >> shift;
-        constexpr uint64_t kSquare = 0x303;
-        if (std::popcount(low & kSquare) + std::popcount(high & kSquare) < 4) continue;
-        const auto four = [](uint64_t w) { return static_cast<unsigned>((w & 3) | (w >> 6 & 12)); };
+  for (int child = 0; child < 8; ++child) {
+    const LeafMask& mask = *c.occupied[child];
+    const LeafBlocks& blocks = c.blocks[child];
+    BlockId* const octant = out.data() + (child >> 2) * 256 + (child >> 1 & 1) * 32 + (child & 1) * 4;
+    for (int x = 0; x < 4; ++x) {
+      const uint64_t low = mask.word[x * 2], high = mask.word[x * 2 + 1];
+      for (uint64_t cells = half_full(low, high); cells != 0; cells &= cells - 1) {
+        const int at = __builtin_ctzll(cells);
         any = true;
-        out[static_cast<size_t>(x * 64 + y * 8 + z)] = choose(c, x * 2, y * 2, z * 2, four(low) | four(high) << 4);
+        octant[x * 64 + (at >> 4) * 8 + (at >> 1 & 3)] =
+            blocks.values ? choose(blocks.values, x * 128 + at, low >> at, high >> at) : blocks.uniform;
       }
+    }
+  }
   return any;
 }
 

@@ -222,10 +222,11 @@ world::Status Device::open(const DeviceOptions& options) {
   vkGetDeviceQueue(device_, family_, 0, &queue_);
   memory_.open(physical_, device_);
   const bool validates = options.validation || asked_by_environment();
-  pipelines_.open(physical_, device_,
-                  options.cache_folder ? *options.cache_folder
-                  : validates          ? std::filesystem::path()
-                                       : PipelineCache::usual_folder());
+  const std::filesystem::path cache = options.cache_folder ? *options.cache_folder
+                                      : validates          ? std::filesystem::path()
+                                                           : PipelineCache::usual_folder();
+  pipelines_.open(physical_, device_, cache);
+  shaders_.open(cache);
   if (!pipelines_.warning().empty()) warnings_.push_back(pipelines_.warning());
 
   auto pool = vk_info<VkCommandPoolCreateInfo>(VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO);

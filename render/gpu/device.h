@@ -13,6 +13,7 @@
 
 #include "render/gpu/memory.h"
 #include "render/gpu/pipeline_cache.h"
+#include "render/gpu/shader_cache.h"
 
 namespace render::gpu {
 
@@ -62,6 +63,7 @@ class Device {
   const std::vector<std::string>& warnings() const { return warnings_; }
   /// For every pipeline that is made.
   VkPipelineCache pipeline_cache() const { return pipelines_.handle(); }
+  ShaderCache& shader_cache() { return shaders_; }
 
   /// Records commands, submits them and waits; on a lost device the error says so and everything later fails too.
   world::Status run(const std::function<void(VkCommandBuffer)>& record);
@@ -106,6 +108,7 @@ class Device {
   VkPhysicalDeviceLimits limits_{};
   MemoryPool memory_;
   PipelineCache pipelines_;
+  ShaderCache shaders_;
   std::vector<std::string> warnings_;
   std::deque<Retired> retired_;
   std::unique_ptr<DeviceMessages> messages_ = std::make_unique<DeviceMessages>();

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "render/gpu/specialise.h"
-
 namespace render::raster {
 
 namespace {
@@ -12,7 +10,7 @@ world::Result<gpu::Owned<VkShaderModule>> make_module(gpu::Device& device, std::
                                                       std::span<const Constant> constants) {
   std::vector<gpu::SpecialConstant> fixed;
   for (const Constant& c : constants) fixed.push_back({c.id, c.value});
-  const std::vector<uint32_t> code = gpu::specialise(general, fixed);
+  const std::vector<uint32_t> code = device.shader_cache().specialised(general, fixed);
   auto info = gpu::vk_info<VkShaderModuleCreateInfo>(VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO);
   info.codeSize = code.size() * sizeof code[0];
   info.pCode = code.data();

@@ -6,6 +6,7 @@
 #include <fmt/ranges.h>
 
 #include "render_textures.members.h"
+#include "world/base/jobs.h"
 #include "world/base/text.h"
 #include "world/blocks/block_texture.h"
 #include "world/space/coords.h"
@@ -30,12 +31,13 @@ uint32_t seed_of(const std::string& name) {
   return h;
 }
 
-/// The tiles of one block, appended: finest levels first, made to have a mean of 0 and a largest of 1, then the means.
-void add_tiles(const Kind& kind, uint32_t seed, std::vector<float>& texels) {
+constexpr size_t kBlockTexels = size_t{shared::kTextureTiles} * shared::kTextureTileTexels;
+
+/// The tiles of one block, kBlockTexels: finest levels first, made to have a mean of 0 and a largest of 1, then the
+/// means.
+void make_tiles(const Kind& kind, uint32_t seed, float* texels) {
   constexpr int kSize = shared::kTextureSize;
-  const size_t first = texels.size();
-  texels.resize(first + shared::kTextureTiles * shared::kTextureTileTexels);
-  const auto tile = [&](uint32_t t) { return texels.data() + first + t * shared::kTextureTileTexels; };
+  const auto tile = [&](uint32_t t) { return texels + t * shared::kTextureTileTexels; };
   double mean = 0;
   for (uint32_t t = 0; t < shared::kTextureTiles; ++t)
     for (int y = 0; y < kSize; ++y)
@@ -79,6 +81,11 @@ world::Status TextureSet::follow(const world::BlockPalette& palette, const Rende
   ++version_;
   blocks_ = {}, contrasts_ = {}, texels_ = {};
   blocks_.resize(wanted), contrasts_.resize(wanted);
+  struct Job {
+    const Kind* kind;
+    uint32_t seed;
+  };
+  std::vector<Job> jobs;
   for (size_t id = 0; id < wanted; ++id) {
     const world::Block& block = palette[static_cast<world::BlockId>(id)];
     const world::BlockTexture* texture = world::block_texture(block.name);
@@ -89,13 +96,17 @@ world::Status TextureSet::follow(const world::BlockPalette& palette, const Rende
       return world::input_error(fmt::format(
           "{}: there is no texture \"{}\" (did you mean \"{}\"?); they are: {}", texture->where, texture->kind,
           world::nearest_text(texture->kind, texture_kinds()), fmt::join(texture_kinds(), ", ")));
-    if (texels_.empty()) texels_.push_back(0);  // 0 is no place
-    blocks_[id] = static_cast<uint32_t>(texels_.size());
+    blocks_[id] = static_cast<uint32_t>(1 + jobs.size() * kBlockTexels);  // 0 is no place
     // No albedo reaches 1.
     const float most = block.albedo.max() + block.glossy.max();
     contrasts_[id] = std::min(texture->contrast, most > 0 ? std::max(0.999f / most - 1, 0.0f) : 0.0f);
-    add_tiles(*kind, seed_of(block.name), texels_);
+    jobs.push_back({kind, seed_of(block.name)});
   }
+  if (jobs.empty()) return {};
+  texels_.resize(1 + jobs.size() * kBlockTexels);
+  world::parallel_ranges(jobs.size(), 1, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) make_tiles(*jobs[i].kind, jobs[i].seed, texels_.data() + 1 + i * kBlockTexels);
+  });
   return {};
 }
 

@@ -237,6 +237,70 @@ TEST(PipelineCache, AFolderThatCannotBeWrittenIsNoFault) {
   EXPECT_TRUE((*made)->warnings().empty());
 }
 
+/// A module of nothing but a capability and a memory model, as glslang would begin one.
+const std::vector<uint32_t> kLeastModule{0x07230203, 0x00010000, 0, 1, 0, 0x00020011, 1, 0x0003000e, 0, 1};
+
+TEST(ShaderCache, WhatWasMadeIsFoundAgainByModuleAndConstants) {
+  const world::TemporaryFolder folder;
+  const SpecialConstant one[] = {{3, 1}}, two[] = {{3, 2}};
+  ShaderCache first;
+  first.open(folder / "cache");
+  const auto made = first.specialised(kLeastModule, one);
+  EXPECT_EQ(made, specialise(kLeastModule, one));
+  EXPECT_EQ(first.specialised(kLeastModule, one), made);
+  EXPECT_EQ(first.made(), 1u);
+  EXPECT_EQ(first.found(), 1u);
+  ShaderCache again;
+  again.open(folder / "cache");
+  EXPECT_EQ(again.specialised(kLeastModule, one), made);
+  EXPECT_EQ(again.made(), 0u);
+  again.specialised(kLeastModule, two);
+  EXPECT_EQ(again.made(), 1u);
+  ShaderCache nowhere;
+  nowhere.open({});
+  nowhere.specialised(kLeastModule, one), nowhere.specialised(kLeastModule, one);
+  EXPECT_EQ(nowhere.made(), 2u);
+}
+
+TEST(ShaderCache, ABrokenFileIsMadeAnewAndAFolderThatCannotBeWrittenIsNoFault) {
+  const world::TemporaryFolder folder;
+  ShaderCache cache;
+  cache.open(folder / "cache");
+  const auto made = cache.specialised(kLeastModule, {});
+  std::filesystem::path file;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "cache" / "shaders")) file = entry.path();
+  const std::string whole = read_all(file);
+  ASSERT_EQ(whole.size(), 24 + made.size() * 4);
+  std::vector<std::string> broken{"", "x", std::string(1000, 'x'), whole.substr(0, whole.size() - 1), whole + "x"};
+  for (const size_t at : {size_t{0}, size_t{9}, size_t{13}, size_t{17}, whole.size() - 1}) {
+    broken.push_back(whole);
+    broken.back()[at] ^= 0x40;
+  }
+  for (const std::string& bytes : broken) {
+    std::ofstream(file, std::ios::binary) << bytes;
+    const size_t before = cache.made();
+    EXPECT_EQ(cache.specialised(kLeastModule, {}), made);
+    EXPECT_EQ(cache.made(), before + 1);
+    EXPECT_EQ(read_all(file), whole);
+  }
+  cache.open("/proc/nowhere");
+  EXPECT_EQ(cache.specialised(kLeastModule, {}), made);
+}
+
+TEST(ShaderCache, TheOldestGoWhereThereAreTooMany) {
+  const world::TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "cache" / "shaders");
+  for (size_t i = 0; i < ShaderCache::kMostFiles; ++i)
+    std::ofstream(folder / "cache" / "shaders" / (std::to_string(i) + ".spv")) << "x";
+  ShaderCache cache;
+  cache.open(folder / "cache");
+  cache.specialised(kLeastModule, {});
+  const std::filesystem::directory_iterator left(folder / "cache" / "shaders");
+  EXPECT_EQ(static_cast<size_t>(std::distance(begin(left), end(left))), ShaderCache::kMostFiles * 3 / 4 + 1);
+  cache.specialised(kLeastModule, {});
+  EXPECT_EQ(cache.found(), 1u);
+}
+
 TEST(Device, AMissingOptionalFeatureIsNamedAndDoneWithout) {
   const auto made = Device::make({.validation = true, .without = {"multiDrawIndirect"}});
   ASSERT_TRUE(made.ok());
