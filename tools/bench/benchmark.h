@@ -141,12 +141,13 @@ struct ErrorSample {
 
 /// One method at one setting of its knobs.
 struct Setting {
-  std::string method;        // points of one method are joined by a line
-  std::string setting;       // "method@knob", unique within the subject
-  std::string problem = {};  // points compete only within one problem, e.g. one distance; empty = one for all
-  double knob = 0;           // the method's knob as a number, for fitted slopes
-  bool is_default = false;   // what Loam ships with; ringed in the plot
-  bool stochastic = false;   // measured over many seeds, else once
+  std::string method;         // points of one method are joined by a line
+  std::string setting;        // "method@knob", unique within the subject
+  std::string problem = {};   // points compete only within one problem, e.g. one distance; empty = one for all
+  double knob = 0;            // the method's knob as a number, for fitted slopes
+  bool is_default = false;    // what Loam ships with; ringed in the plot
+  bool is_reference = false;  // what the others are measured against, timed too: no rival of theirs
+  bool stochastic = false;    // measured over many seeds, else once
   std::function<ErrorSample(uint64_t seed)> measure = nullptr;
   std::function<double()> run =
       nullptr;  // timed; returns the deterministic work of one call in the subject's work_unit

@@ -113,7 +113,11 @@ Table points_table(const SubjectResult& s) {
   for (const PointResult& p : s.points) {
     std::vector<std::string> row{p.setting};
     for (const Spread& e : p.errors) row.push_back(number_text(e.median));
-    std::string standing = p.failed ? "failed" : p.below_floor ? "below the noise floor" : p.front ? "front" : "";
+    std::string standing = p.failed         ? "failed"
+                           : p.below_floor  ? "below the noise floor"
+                           : p.is_reference ? "reference"
+                           : p.front        ? "front"
+                                            : "";
     if (p.is_default) standing += standing.empty() ? "default" : ", default";
     if (p.is_default && !p.default_on_front.value_or(true)) standing += " (dominated)";
     row.insert(row.end(),

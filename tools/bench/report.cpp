@@ -228,10 +228,11 @@ std::string pareto_text(const SubjectResult& s) {
     std::vector<std::string> row{p.setting};
     for (const Spread& e : p.errors) row.push_back(number_text(e.median));
     row.insert(row.end(), {number_text(p.bias), number_text(p.work), number_text(p.ms.median), number_text(p.ms.iqr()),
-                           p.failed        ? "failed"
-                           : p.below_floor ? "below floor"
-                           : p.front       ? "yes"
-                                           : "",
+                           p.failed         ? "failed"
+                           : p.below_floor  ? "below floor"
+                           : p.is_reference ? "reference"
+                           : p.front        ? "yes"
+                                            : "",
                            p.is_default ? (p.default_on_front.value_or(true) ? "yes" : "OFF the front") : ""});
     table.push_back(std::move(row));
   }

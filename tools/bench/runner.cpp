@@ -159,6 +159,7 @@ void measure_errors(const Subject& subject, const std::vector<Setting>& settings
     PointResult point;
     point.method = setting.method, point.setting = setting.setting, point.problem = setting.problem;
     point.knob = setting.knob, point.is_default = setting.is_default;
+    point.is_reference = setting.is_reference;
     point.command = setting.command.empty() ? "loam bench pareto --subject " + subject.name : setting.command;
     if (options.pictures && setting.picture) point.picture = setting.picture();
     std::vector<std::vector<double>> errors(subject.metrics.size());
@@ -208,7 +209,7 @@ void rank(SubjectResult& result) {
     std::vector<std::vector<double>> errors(result.metrics.size());
     for (size_t i : indices) {
       const PointResult& p = result.points[i];
-      const bool ranked = !p.failed && !p.below_floor;
+      const bool ranked = !p.failed && !p.below_floor && !p.is_reference;
       costs.push_back(ranked ? p.ms.median : kNan);
       spreads.push_back(p.ms.iqr());
       works.push_back(ranked ? p.work : kNan);

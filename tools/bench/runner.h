@@ -63,7 +63,7 @@ RowResult run_row(const Registry::Row& row, BenchContext& context, const RunOpti
 struct PointResult {
   std::string method, setting, problem;
   double knob = 0;
-  bool is_default = false;
+  bool is_default = false, is_reference = false;
   std::vector<Spread> errors;  // one for each metric
   double bias = 0;             // median over seeds
   double work = 0;             // deterministic, of one call

@@ -265,12 +265,14 @@ TEST(BenchRunner, SubjectRanksItsPointsAndKeepsFailures) {
     for (double n : {1.0, 2.0, 4.0}) all.push_back(setting("second", n, 2 / (n * n), 0.0199 * n));  // dearer and worse
     all.push_back(setting("broken", 1, std::numeric_limits<double>::quiet_NaN(), 1e-6));
     all[0].is_default = true, all[5].is_default = true;
+    all.push_back(setting("exact", 1, 0, 1e-5));
+    all.back().is_reference = true;  // better than all, and no rival of any
     return all;
   };
   BenchContext context(true, 1);
   const SubjectResult result = run_subject(subject, context, brief());
   ASSERT_EQ(result.error, "");
-  ASSERT_EQ(result.points.size(), 7u);
+  ASSERT_EQ(result.points.size(), 8u);
   EXPECT_TRUE(result.points[0].front);
   EXPECT_FALSE(result.points[3].front);
   EXPECT_FALSE(result.points[4].front);
@@ -278,6 +280,7 @@ TEST(BenchRunner, SubjectRanksItsPointsAndKeepsFailures) {
   EXPECT_EQ(result.points[0].default_on_front, true);
   EXPECT_TRUE(result.points[6].failed);
   EXPECT_FALSE(result.points[6].front);
+  EXPECT_FALSE(result.points[7].front);
   EXPECT_EQ(result.points[2].work, 400);
   EXPECT_EQ(result.points[2].bias, -0.25);
   ASSERT_EQ(result.slopes.size(), 2u);

@@ -6,6 +6,7 @@
 /// walk that crosses 128 empty voxels in one step has no sum to go on with. So Loam recomputes t from the plane.
 #include <array>
 #include <memory>
+#include <type_traits>
 
 #include <fmt/format.h>
 
@@ -82,10 +83,12 @@ double walk_all(const Rays& rays, int steps) {
 
 template <class Walk>
 void add_settings(std::vector<Setting>& settings, const std::string& method, const std::shared_ptr<const Rays>& rays,
-                  bool quick, bool is_default) {
+                  bool quick) {
   for (const int steps : {100, 1000, 10000}) {
     Setting setting{.method = method, .setting = fmt::format("{}@{}", method, steps)};
-    setting.problem = fmt::format("{} steps", steps), setting.knob = steps, setting.is_default = is_default;
+    setting.problem = fmt::format("{} steps", steps), setting.knob = steps;
+    setting.is_default = std::is_same_v<Walk, world::DoubleWalk>;
+    setting.is_reference = std::is_same_v<Walk, world::ExactWalk>;  // only of rays of whole numbers
     const int count = std::min(static_cast<int>(rays->size()), (quick ? 500000 : 20000000) / steps);
     const auto measured = std::make_shared<const Rays>(rays->begin(), rays->begin() + count);
     setting.measure = [measured, steps](uint64_t) { return errors_of<Walk>(*measured, steps); };
@@ -106,12 +109,12 @@ void add_subject_grid_walk(Registry& registry) {
     const auto rays = std::make_shared<const Rays>(make_rays(context.quick() ? 10000 : 200000, context.seed()));
     std::vector<Setting> settings;
     const bool quick = context.quick();
-    add_settings<world::AccumulateWalk<float>>(settings, "float accumulate", rays, quick, false);
-    add_settings<world::RecomputeWalk<float>>(settings, "float recompute", rays, quick, false);
-    add_settings<world::AccumulateWalk<double>>(settings, "double accumulate", rays, quick, false);
-    add_settings<world::DoubleWalk>(settings, "double recompute", rays, quick, true);
-    add_settings<world::FixedWalk>(settings, "fixed 32.32", rays, quick, false);
-    add_settings<world::ExactWalk>(settings, "exact integers", rays, quick, false);
+    add_settings<world::AccumulateWalk<float>>(settings, "float accumulate", rays, quick);
+    add_settings<world::RecomputeWalk<float>>(settings, "float recompute", rays, quick);
+    add_settings<world::AccumulateWalk<double>>(settings, "double accumulate", rays, quick);
+    add_settings<world::DoubleWalk>(settings, "double recompute", rays, quick);
+    add_settings<world::FixedWalk>(settings, "fixed 32.32", rays, quick);
+    add_settings<world::ExactWalk>(settings, "exact integers", rays, quick);
     return settings;
   };
   registry.add(std::move(subject));
