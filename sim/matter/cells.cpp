@@ -159,6 +159,7 @@ void Cells::read(PageId p, const world::LeafBlocks& leaf) {
 }
 
 void Cells::link(PageId p) {
+  ++page_changes_;
   for (int dx = -1; dx <= 1; ++dx)
     for (int dy = -1; dy <= 1; ++dy)
       for (int dz = -1; dz <= 1; ++dz) {
@@ -179,6 +180,7 @@ void Cells::open_around(PageId p) {
 }
 
 void Cells::release(PageId p) {
+  ++page_changes_;
   for (size_t i = 0; i < 27; ++i) {
     const PageId other = around_[p][i];
     if (other == kClosedPage || other == p) continue;
@@ -256,7 +258,7 @@ Cells::Amounts& Cells::amounts(PageId p) {
 
 Cells::Heats& Cells::heats(PageId p) {
   if (!heats_[p]) heats_[p] = std::make_unique<Heats>();
-  met_heat_.store(true, std::memory_order_relaxed);
+  set_met_heat();
   return *heats_[p];
 }
 

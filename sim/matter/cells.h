@@ -106,6 +106,8 @@ class Cells {
   size_t open_pages() const { return pos_.size() - 1 - free_.size(); }
   world::LeafPos pos(PageId p) const { return pos_[p]; }
   const std::array<PageId, 27>& around(PageId p) const { return around_[p]; }
+  /// Counts changes of which pages there are, and who is beside whom.
+  uint64_t page_changes() const { return page_changes_; }
   /// The page of a leaf, opened where it isn't; kClosedPage outside of the world.
   PageId open(world::LeafPos l);
   PageId find(world::LeafPos l) const;
@@ -169,7 +171,7 @@ class Cells {
   /// Puts other heats in the place of a page's; tell stir_heat() of it.
   void swap_heats(PageId p, std::unique_ptr<Heats>& with) {
     heats_[p].swap(with);
-    met_heat_.store(true, std::memory_order_relaxed);
+    set_met_heat();
   }
   /// Whether amounts or heat are kept for it.
   bool holds_more(PageId p) const { return amounts_[p] || heats_[p]; }
@@ -284,6 +286,11 @@ class Cells {
   std::vector<std::unique_ptr<Blocks>> blocks_;
   std::vector<std::unique_ptr<Amounts>> amounts_;
   std::vector<std::unique_ptr<Heats>> heats_;
+  // Written once: all threads would wait for each other.
+  void set_met_heat() {
+    if (!met_heat_.load(std::memory_order_relaxed)) met_heat_.store(true, std::memory_order_relaxed);
+  }
+  uint64_t page_changes_ = 0;
   std::vector<PageId> free_;
   std::vector<AwakeSet> awake_;
   std::vector<AwakeSet*> spread_to_;  // those of rules that are called for

@@ -195,15 +195,18 @@ template <int kAxis, class T>
 struct SideValues {
   const T* from;
   int at;
+  const T* side;  // where it lies in its order already
   alignas(64) T gathered[kAxis == 2 ? 64 : 1];
 
-  HWY_INLINE SideValues(const T* page, int where) : from(page), at(where) {
-    if constexpr (kAxis == 2)
-      if (page) gather_side(page, where, gathered);
+  HWY_INLINE SideValues(const T* page, int where, const T* copied = nullptr) : from(page), at(where), side(copied) {
+    if constexpr (kAxis == 2) {
+      if (page && !side) gather_side(page, where, gathered);
+      if (!side) side = gathered;
+    }
   }
   /// From the side's value i on.
   HWY_INLINE const T* operator()(int i) const {
-    if constexpr (kAxis == 2) return gathered + i;
+    if (kAxis == 2 || side) return side + i;
     return from + side_row<kAxis>(at, i >> 3) * 8 + (i & 7);
   }
 };
@@ -239,7 +242,7 @@ HWY_INLINE void flow_through_side(const HeatSource& page, const HeatSource& beyo
     const SideValues<kAxis, float> warm(beyond.temperature, there);
     for (int i = 0; i < 64; i += kStep) hn::Store(hn::LoadU(kRow, warm(i)), kRow, other + i);
   } else {
-    const SideValues<kAxis, int32_t> heat(beyond.heat ? beyond.heat : kNoHeats, there);
+    const SideValues<kAxis, int32_t> heat(beyond.heat ? beyond.heat : kNoHeats, there, beyond.side);
     with_warmth(beyond, [&](auto warmth) {
       for (int i = 0; i < 64; i += kStep)
         hn::Store(warmth(hn::LoadU(kIntRow, heat(i)), [&] { return kinds_beyond(i); }), kRow, other + i);
@@ -360,13 +363,17 @@ struct alignas(64) MeetingRows {
 template <Content kContent, bool kLive>
 HWY_INLINE HeatResult conduct_page(const HeatSource& page, const HeatSource* sides, const CodedSide* coded,
                                    const Kinds& kinds, const HeatStep& step, const OwnRows& own, int32_t* heat,
-                                   const HeatAhead& ahead) {
+                                   const HeatFlows& flows, const HeatAhead& ahead) {
   Faces<kLive> faces(step);
   Meetings meetings;
   if (kContent == Content::coded || kinds.count > 1) meetings.find(kinds, faces);
-  alignas(64) int32_t side[6][64];
+  const int32_t* const side[6] = {flows.through[0], flows.through[1], flows.through[2],
+                                  flows.through[3], flows.through[4], flows.through[5]};
   const auto through = [&]<int kAxis>(int face) {
-    flow_through_side<kAxis, kContent>(page, sides[face], coded[face], meetings, face & 1, own, faces, side[face]);
+    if (flows.known >> face & 1) return;
+    int32_t* const into = flows.through[face];
+    flow_through_side<kAxis, kContent>(page, sides[face], coded[face], meetings, face & 1, own, faces, into);
+    if (face % 2 == 0) negate(into, 64, into);
   };
   through.template operator()<0>(0), through.template operator()<0>(1);
   through.template operator()<1>(2), through.template operator()<1>(3);
@@ -389,18 +396,16 @@ HWY_INLINE HeatResult conduct_page(const HeatSource& page, const HeatSource* sid
   constexpr int kPieces = 8 / kStep;
   alignas(64) int32_t behind[64];
   I below[kPieces];
-  negate(side[0], 64, behind), negate(side[2], 64, side[2]), negate(side[4], 64, side[4]);
+  std::memcpy(behind, side[0], sizeof behind);
   const int32_t* before = page.heat ? page.heat : kNoHeats;
   // What isn't there is not asked for: own numbers are here already.
   const auto or_own = [&](const int32_t* from) { return from ? from : reinterpret_cast<const int32_t*>(own.t); };
-  const int32_t *next_own = or_own(ahead.own), *next_low_x = or_own(ahead.low_x), *next_high_x = or_own(ahead.high_x),
-                *next_high_y = or_own(ahead.high_y), *next_into = or_own(ahead.into);
+  const int32_t *next_own = or_own(ahead.own), *next_high_x = or_own(ahead.high_x), *next_high_y = or_own(ahead.high_y);
   const ThermalKinds* next_kinds[3] = {ahead.own_kinds, ahead.high_x_kinds, ahead.high_y_kinds};
   const auto each_row = [&](int x, auto y, auto is_last_plane, uint64_t& word) __attribute__((always_inline)) {
     const int row = x * 8 + y;
-    if (y % 2 == 0) __builtin_prefetch(next_own + row * 8), __builtin_prefetch(next_into + row * 8, 1);
+    if (y % 2 == 0) __builtin_prefetch(next_own + row * 8, 1);
     if (y == 1) __builtin_prefetch(next_high_x + x * 8), __builtin_prefetch(next_high_y + x * 64);
-    if (y == 3) __builtin_prefetch(next_low_x + 7 * 64 + x * 8);
     if (y == 5)
       for (const ThermalKinds* beside : next_kinds)
         if (beside) __builtin_prefetch(reinterpret_cast<const char*>(beside) + x * 64);
@@ -475,51 +480,57 @@ bool is_even(const HeatSource& page, const HeatSource* sides) {
                      [&](const HeatSource& s) { return s.closed || (even(s) && temperature(s.all, 0) == t); });
 }
 
-/// Whether something may flow in another phase is asked only where nothing changes in this one.
-template <Content kContent>
+/// Without kLive: what flows in this phase. With it: whether something may in another.
+template <Content kContent, bool kLive>
 HWY_INLINE HeatResult conduct_content(const HeatSource& page, const HeatSource* sides, const HeatStep& step,
-                                      int32_t* heat, const HeatAhead& ahead) {
+                                      int32_t* heat, const HeatFlows& flows, const HeatAhead& ahead) {
   Kinds kinds;
   CodedSide coded[6];
   if constexpr (kContent == Content::one) kinds.add(page.all.resistance, page.all.share);
   if constexpr (kContent == Content::coded)
     for (int k = 0; k < page.kinds->count; ++k)
       kinds.add(page.kinds->few[kResistance][code_of(k)], page.kinds->few[kShare][code_of(k)]);
+  const auto is_known = [&](int f) { return flows.known >> f & 1; };
   bool any_coded = kContent == Content::coded;
-  for (int f = 0; f < 6; ++f) any_coded |= sides[f].kinds != nullptr;
-  for (int f = 0; f < 6 && any_coded && kContent != Content::many; ++f) coded[f].find(sides[f], kinds);
-  bool is_done = step.limit != 1.0f;  // nothing is left but the look at all phases
+  for (int f = 0; f < 6; ++f) any_coded |= !is_known(f) && sides[f].kinds;
+  for (int f = 0; f < 6 && any_coded && kContent != Content::many; ++f)
+    if (!is_known(f)) coded[f].find(sides[f], kinds);
 #if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX2
-  if (kContent != Content::many && !is_done && !page.temperature) {
+  if (!kLive && kContent != Content::many && !page.temperature) {
     bool all_known = true;
-    for (int f = 0; f < 6; ++f) all_known &= sides[f].closed || coded[f].is_known;
-    HeatResult result;
-    is_done = true;
+    for (int f = 0; f < 6; ++f) all_known &= is_known(f) || sides[f].closed || coded[f].is_known;
     if (kContent == Content::one && !any_coded)
-      result = conduct_wide<false>(page, sides, coded, kinds, step, heat, ahead);
-    else if (all_known)
-      result = conduct_wide<true>(page, sides, coded, kinds, step, heat, ahead);
-    else
-      is_done = false;
-    if (result.flows) return result;
+      return conduct_wide<false>(page, sides, coded, kinds, step, heat, flows, ahead);
+    if (all_known) return conduct_wide<true>(page, sides, coded, kinds, step, heat, flows, ahead);
   }
 #endif
   OwnRows own;
   read_own<kContent>(page, own);
-  if (!is_done) {
-    const HeatResult result = conduct_page<kContent, false>(page, sides, coded, kinds, step, own, heat, ahead);
-    if (result.flows) return result;
+  return conduct_page<kContent, kLive>(page, sides, coded, kinds, step, own, heat, flows, ahead);
+}
+
+template <bool kLive>
+HWY_INLINE HeatResult conduct_any(const HeatSource& page, const HeatSource* sides, const HeatStep& step, int32_t* heat,
+                                  const HeatFlows& flows, const HeatAhead& ahead) {
+  if (is_even(page, sides)) {
+    for (int f = 0; f < 6; ++f)
+      if (!(flows.known >> f & 1)) std::memset(flows.through[f], 0, 64 * sizeof(int32_t));
+    return {};
   }
-  return conduct_page<kContent, true>(page, sides, coded, kinds, step, own, heat, ahead);
+  if (!page.kinds) return conduct_content<Content::one, kLive>(page, sides, step, heat, flows, ahead);
+  return page.kinds->is_coded ? conduct_content<Content::coded, kLive>(page, sides, step, heat, flows, ahead)
+                              : conduct_content<Content::many, kLive>(page, sides, step, heat, flows, ahead);
 }
 
 HeatResult Conduct(const HeatSource& page, const HeatSource* sides, const HeatStep& step, int32_t* heat,
-                   const HeatAhead& ahead) {
+                   const HeatFlows& flows, const HeatAhead& ahead) {
   const world::HWY_NAMESPACE::WideVectors wide;
-  if (is_even(page, sides)) return {};
-  if (!page.kinds) return conduct_content<Content::one>(page, sides, step, heat, ahead);
-  return page.kinds->is_coded ? conduct_content<Content::coded>(page, sides, step, heat, ahead)
-                              : conduct_content<Content::many>(page, sides, step, heat, ahead);
+  return conduct_any<false>(page, sides, step, heat, flows, ahead);
+}
+HeatResult ConductLive(const HeatSource& page, const HeatSource* sides, const HeatStep& step, int32_t* heat,
+                       const HeatFlows& flows) {
+  const world::HWY_NAMESPACE::WideVectors wide;
+  return conduct_any<true>(page, sides, step, heat, flows, {});
 }
 
 }  // namespace HWY_NAMESPACE
@@ -530,6 +541,7 @@ HWY_AFTER_NAMESPACE();
 namespace sim {
 
 HWY_EXPORT(Conduct);
+HWY_EXPORT(ConductLive);
 
 void ThermalKinds::finish() {
   static_assert(offsetof(ThermalKinds, kind) == kHotBytes);
@@ -551,9 +563,52 @@ void ThermalKinds::finish() {
   }
 }
 
-HeatResult conduct(const HeatSource& page, const HeatSource* sides, const HeatStep& step, int32_t* heat,
-                   const HeatAhead& ahead) {
-  return HWY_DYNAMIC_DISPATCH(Conduct)(page, sides, step, heat, ahead);
+HeatResult conduct_in_place(const HeatSource& page, const HeatSource* sides, const HeatStep& step, int32_t* heat,
+                            const HeatFlows& flows, const HeatAhead& ahead) {
+  HeatResult result = HWY_DYNAMIC_DISPATCH(Conduct)(page, sides, step, heat, flows, ahead);
+  if (result.flows) return result;
+  // As much may flow out of each voxel as into it.
+  HeatFlows all = flows;
+  all.known = 0x3f;
+  result = HWY_DYNAMIC_DISPATCH(ConductLive)(page, sides, step, heat, all);
+  for (const int32_t* side : all.through)
+    result.flows |= std::any_of(side, side + 64, [](int32_t n) { return n != 0; });
+  result.live |= result.flows;
+  return result;
+}
+
+namespace {
+struct OwnFlows {
+  alignas(64) int32_t of[6][64];
+  HeatFlows all() { return {.through = {of[0], of[1], of[2], of[3], of[4], of[5]}, .known = 0}; }
+};
+}  // namespace
+
+/// Whether something may flow in another phase is asked only where nothing changes in this one.
+HeatResult conduct(const HeatSource& page, const HeatSource* sides, const HeatStep& step, int32_t* heat) {
+  OwnFlows flows;
+  if (step.limit == 1.0f) {
+    const HeatResult result = HWY_DYNAMIC_DISPATCH(Conduct)(page, sides, step, heat, flows.all(), {});
+    if (result.flows) return result;
+  }
+  return HWY_DYNAMIC_DISPATCH(ConductLive)(page, sides, step, heat, flows.all());
+}
+
+bool is_live(const HeatSource& page, const HeatSource* sides, const HeatStep& step) {
+  OwnFlows flows;
+  alignas(64) int32_t unused[world::kLeafVoxels];
+  return HWY_DYNAMIC_DISPATCH(ConductLive)(page, sides, step, unused, flows.all()).live;
+}
+
+void copy_side(const int32_t* heat, int face, int32_t* into) {
+  const int axis = world::face_axis(face), at = world::face_sign(face) > 0 ? 7 : 0;
+  if (!heat) {
+    std::memset(into, 0, 64 * sizeof(int32_t));
+    return;
+  }
+  if (axis == 0) std::memcpy(into, heat + at * 64, 64 * sizeof(int32_t));
+  for (int k = 0; axis == 1 && k < 8; ++k) std::memcpy(into + k * 8, heat + k * 64 + at * 8, 8 * sizeof(int32_t));
+  for (int k = 0; axis == 2 && k < 64; ++k) into[k] = heat[k * 8 + at];
 }
 
 bool side_is_live(const HeatSource& page, const HeatSource& beyond, int face, const HeatStep& step) {

@@ -13,7 +13,7 @@
 /// sleep: differences under 6 units of the smaller capacity (0.1 K in air, 0.36 K in fire, 60 µK in stone), or under
 /// 1/64 unit a step.
 ///
-/// Each face within a page is found once, those of its sides from both pages. What a voxel is comes from a table of the
+/// Each face is found once, if both pages are stepped on one thread. What a voxel is comes from a table of the
 /// page's kinds, which is a register where there are at most eight. Where at most three kinds meet in and around a
 /// page, g and share come from such tables too, by a face's two kinds: dividing cost as much as all the rest.
 /// cost   measured by `loam bench run matter`
@@ -58,6 +58,14 @@ struct HeatSource {
   const ThermalKinds* kinds = nullptr;
   ThermalVoxel all = {};  // of every voxel, where there are no kinds
   bool closed = false;
+  const int32_t* side = nullptr;  // where not null: heats of the 64 voxels at the face that is asked for, see copy_side
+};
+
+/// What flows through the sides of a page, 64 numbers each, on 64 bytes: into the page on the lower side of the face,
+/// in the order of x, y, z. A face that two pages share is found once, by the one that comes first.
+struct HeatFlows {
+  int32_t* through[6] = {};
+  uint8_t known = 0;  // bit face: is there already; others are written
 };
 
 struct HeatStep {
@@ -77,16 +85,21 @@ struct HeatResult {
 /// caches waited for memory twice as long as it worked: pages lie where they were allocated, which no processor
 /// foresees, and asking for a page at once fills the queue of misses.
 struct HeatAhead {
-  const int32_t* own = nullptr;  // heats of the page, and of sides[0], [1] and [3]
-  const int32_t *low_x = nullptr, *high_x = nullptr, *high_y = nullptr;
-  const int32_t* into = nullptr;
+  const int32_t *own = nullptr, *high_x = nullptr, *high_y = nullptr;  // heats of the page, of sides[1] and [3]
   // Of the page, and of sides[1] and [3].
   const ThermalKinds *own_kinds = nullptr, *high_x_kinds = nullptr, *high_y_kinds = nullptr;
 };
 
 /// `sides[face]`: the pages across. `heat`: what the page holds after the step, where something flows; on 64 bytes.
-HeatResult conduct(const HeatSource& page, const HeatSource* sides, const HeatStep& step, int32_t* heat,
-                   const HeatAhead& ahead = {});
+HeatResult conduct(const HeatSource& page, const HeatSource* sides, const HeatStep& step, int32_t* heat);
+/// The same, and `heat` may be what the page holds. Sides whose flows are known aren't looked at. Where nothing flows,
+/// it is live if something within the page is: is_live() tells of all.
+HeatResult conduct_in_place(const HeatSource& page, const HeatSource* sides, const HeatStep& step, int32_t* heat,
+                            const HeatFlows& flows, const HeatAhead& ahead = {});
+/// Whether something flows in any phase, in or into a page.
+bool is_live(const HeatSource& page, const HeatSource* sides, const HeatStep& step);
+/// The heats of a page's voxels at a face, in the order of x, y, z; `heat` may be null.
+void copy_side(const int32_t* heat, int face, int32_t* into);
 /// Whether anything may flow through one side of the page, in any phase.
 bool side_is_live(const HeatSource& page, const HeatSource& beyond, int face, const HeatStep& step);
 /// The temperatures of a page, above rest.

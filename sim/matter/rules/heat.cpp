@@ -8,6 +8,10 @@
 /// A page that is new among the awake looks across its sides, and takes in those through which something may flow:
 /// both pages of such a face are always stepped together, and no heat is lost.
 ///
+/// Heats are written over the old ones, page by page: what flows through a face is found by the first of its two pages,
+/// and kept for the second. Pages are shared out in chunks; what lies at the border of two is copied before. A world
+/// that is larger than the caches is read and written once a step, nothing else.
+///
 /// Where a tick is much shorter than stability asks for, one step stands for several of them (heat_interval): the pages
 /// stay awake until its turn.
 #include <algorithm>
@@ -28,6 +32,7 @@ namespace {
 using world::BlockId;
 
 constexpr size_t kPagesATask = 32, kLookupsATask = 1024;
+constexpr size_t kChunksAThread = 2, kPagesAChunk = 4096, kCopiesAhead = 8;
 constexpr size_t kPagesAhead = 2;   // asked for: the next is across z of this one
 constexpr float kNoLimit = 1e6f;    // of a share
 constexpr double kLeftOver = 1e-4;  // of the implicit scheme's error, after its sweeps
@@ -43,6 +48,26 @@ struct HeatPage {
   ThermalVoxel all;
   std::unique_ptr<ThermalKinds> kinds;  // where it isn't of one material
 };
+
+/// Where the flows through a page's sides are: a number of its chunk's, kept from the first of two pages to the second.
+struct PageFaces {
+  std::array<uint16_t, 6> flow = {};
+  uint8_t known = 0;          // bit face: found by the page beyond, or none
+  uint8_t across_chunks = 0;  // bit face: the page beyond is of another chunk
+  uint32_t copies = 0;        // first of the copied sides of those, in the order of faces
+};
+// Numbers that all chunks have: of faces that only one page asks for, and of those through which nothing flows.
+constexpr uint16_t kClosedFlow = 6, kFirstFlow = 7;
+static_assert(kPagesAChunk * 6 + kFirstFlow < 65536);
+
+/// Pages that one thread steps one after another.
+struct HeatChunk {
+  size_t flows = kFirstFlow;
+  std::vector<std::pair<PageId, uint8_t>> copied;  // pages of other chunks, and their faces
+  std::vector<uint16_t> free;                      // while it is made
+  size_t first_copy = 0;
+};
+struct alignas(64) SideNumbers : std::array<int32_t, 64> {};
 
 class Heat final : public Rule {
  public:
@@ -64,7 +89,11 @@ class Heat final : public Rule {
     return made;
   }
   void sources_around(const Cells& cells, PageId p, HeatSource* sides) const;
+  void share_out(const Cells& cells);
+  void share_out_chunk(const Cells& cells, size_t chunk);
+  void conduct_chunk(Cells& cells, const HeatStep& step, size_t chunk);
   void conduct_explicit(Cells& cells, const HeatStep& step);
+  void find_live(const Cells& cells, const HeatStep& step);
   void conduct_implicit(Cells& cells, const HeatStep& step);
   void write(Cells& cells, RuleReport& report);
 
@@ -73,7 +102,7 @@ class Heat final : public Rule {
   std::unique_ptr<ThermalTraits> thermal_;
   std::vector<HeatPage> pages_;
   std::vector<PageId> list_, stale_;                  // pages of this step
-  std::vector<std::unique_ptr<Cells::Heats>> heats_;  // by list_: after the step
+  std::vector<std::unique_ptr<Cells::Heats>> heats_;  // by list_: after the step, where it isn't in the page
   std::vector<HeatResult> results_;
   std::vector<uint8_t> looks_;  // by page: is awake in the next step
   // The implicit scheme's: four temperatures for each page.
@@ -83,6 +112,14 @@ class Heat final : public Rule {
   };
   std::vector<std::unique_ptr<Sweep>> sweeps_;  // by list_
   std::vector<int32_t> place_;                  // by page: in list_, or -1
+  // Of shared_list_, as long as pages stay what they are.
+  std::vector<PageId> shared_list_;
+  uint64_t shared_changes_ = 0;
+  int shared_threads_ = 0;
+  size_t chunk_pages_ = 1;
+  std::vector<PageFaces> faces_;  // by list_
+  std::vector<HeatChunk> chunks_;
+  std::vector<SideNumbers> copies_;
 };
 
 void Heat::prepare(const Cells& cells, PageId p) {
@@ -203,23 +240,121 @@ void Heat::prepare_stale(const Cells& cells) {
   for (const PageId p : stale_) pages_[p].listed = false;
 }
 
+/// Chunks of the list, and which flows each page finds and keeps. In most steps nothing changes.
+void Heat::share_out(const Cells& cells) {
+  const int threads = world::thread_count();
+  if (shared_list_ == list_ && shared_changes_ == cells.page_changes() && shared_threads_ == threads) return;
+  shared_list_ = list_, shared_changes_ = cells.page_changes(), shared_threads_ = threads;
+  chunk_pages_ =
+      std::clamp(list_.size() / (static_cast<size_t>(threads) * kChunksAThread) + 1, kPagesATask, kPagesAChunk);
+  place_.assign(cells.page_limit(), -1);
+  for (size_t n = 0; n < list_.size(); ++n) place_[list_[n]] = static_cast<int32_t>(n);
+  faces_.resize(list_.size());
+  chunks_.resize((list_.size() + chunk_pages_ - 1) / chunk_pages_);
+  world::parallel_for(chunks_.size(), [&](size_t c) { share_out_chunk(cells, c); });
+  size_t copies = 0;
+  for (HeatChunk& chunk : chunks_) chunk.first_copy = copies, copies += chunk.copied.size();
+  copies_.resize(copies);
+}
+
+void Heat::share_out_chunk(const Cells& cells, size_t c) {
+  HeatChunk& chunk = chunks_[c];
+  chunk.flows = kFirstFlow;
+  chunk.copied.clear(), chunk.free.clear();
+  const size_t begin = c * chunk_pages_, end = std::min(begin + chunk_pages_, list_.size());
+  for (size_t n = begin; n < end; ++n) {
+    PageFaces& page = faces_[n];
+    page = {};
+    page.copies = static_cast<uint32_t>(chunk.copied.size());
+    for (uint8_t f = 0; f < 6; ++f) {
+      const PageId other = cells.around(list_[n])[kFacePage[f]];
+      page.flow[f] = f;
+      if (other == kClosedPage) {
+        page.flow[f] = kClosedFlow, page.known = static_cast<uint8_t>(page.known | 1 << f);
+        continue;
+      }
+      if (place_[other] < 0) continue;
+      const auto there = static_cast<size_t>(place_[other]);
+      if (there < begin || there >= end) {
+        page.across_chunks = static_cast<uint8_t>(page.across_chunks | 1 << f);
+        chunk.copied.emplace_back(other, static_cast<uint8_t>(f ^ 1));
+      } else if (there < n) {
+        page.flow[f] = faces_[there].flow[f ^ 1], page.known = static_cast<uint8_t>(page.known | 1 << f);
+      } else if (!chunk.free.empty()) {
+        page.flow[f] = chunk.free.back();
+        chunk.free.pop_back();
+      } else {
+        page.flow[f] = static_cast<uint16_t>(chunk.flows++);
+      }
+    }
+    for (size_t f = 0; f < 6; ++f)
+      if (page.known >> f & 1 && page.flow[f] != kClosedFlow) chunk.free.push_back(page.flow[f]);
+  }
+}
+
+void Heat::conduct_chunk(Cells& cells, const HeatStep& step, size_t c) {
+  const HeatChunk& chunk = chunks_[c];
+  static thread_local std::vector<SideNumbers> flows;
+  if (flows.size() < chunk.flows) flows.resize(chunk.flows);
+  flows[kClosedFlow].fill(0);
+  const size_t begin = c * chunk_pages_, end = std::min(begin + chunk_pages_, list_.size());
+  HeatSource page, sides[6];
+  for (size_t n = begin; n < end; ++n) {
+    const PageId p = list_[n];
+    const PageFaces& faces = faces_[n];
+    source(cells, p, page);
+    HeatFlows through;
+    through.known = faces.known;
+    size_t copy = chunk.first_copy + faces.copies;
+    for (size_t f = 0; f < 6; ++f) {
+      through.through[f] = flows[faces.flow[f]].data();
+      source(cells, cells.around(p)[kFacePage[f]], sides[f]);
+      sides[f].side = faces.across_chunks >> f & 1 ? copies_[copy++].data() : nullptr;
+    }
+    const size_t next = std::min(n + kPagesAhead, end - 1);
+    const std::array<PageId, 27>& around = cells.around(list_[next]);
+    const HeatAhead ahead = {.own = cells.find_heats(list_[next]),
+                             .high_x = cells.find_heats(around[kFacePage[1]]),
+                             .high_y = cells.find_heats(around[kFacePage[3]]),
+                             .own_kinds = pages_[list_[next]].kinds.get(),
+                             .high_x_kinds = pages_[around[kFacePage[1]]].kinds.get(),
+                             .high_y_kinds = pages_[around[kFacePage[3]]].kinds.get()};
+    if (!page.heat && !heats_[n]) heats_[n] = std::make_unique<Cells::Heats>();
+    int32_t* const into = page.heat ? cells.heats(p).data() : heats_[n]->data();
+    results_[n] = conduct_in_place(page, sides, step, into, through, ahead);
+  }
+}
+
 void Heat::conduct_explicit(Cells& cells, const HeatStep& step) {
+  share_out(cells);
+  world::parallel_for(chunks_.size(), [&](size_t c) {
+    const HeatChunk& chunk = chunks_[c];
+    for (size_t n = 0; n < chunk.copied.size(); ++n) {
+      const auto& [other, face] = chunk.copied[n];
+      const auto& [later, its_face] = chunk.copied[std::min(n + kCopiesAhead, chunk.copied.size() - 1)];
+      if (const int32_t* heats = cells.find_heats(later); heats && its_face < 2)
+        for (int line = 0; line < 4; ++line) __builtin_prefetch(heats + its_face * 7 * 64 + line * 16);
+      copy_side(cells.find_heats(other), face, copies_[chunk.first_copy + n].data());
+    }
+  });
+  world::parallel_for(chunks_.size(), [&](size_t c) { conduct_chunk(cells, step, c); });
+  world::parallel_ranges(list_.size(), kLookupsATask, [&](size_t begin, size_t end) {
+    for (size_t n = begin; n < end; ++n)
+      if (results_[n].flows && !cells.find_heats(list_[n])) cells.swap_heats(list_[n], heats_[n]);
+  });
+  find_live(cells, step);
+}
+
+/// Whether something may flow in another phase, where nothing did in this one. What pages beside now hold is as good as
+/// what they held: where that changed at the face, the page looks again in any case.
+void Heat::find_live(const Cells& cells, const HeatStep& step) {
   world::parallel_ranges(list_.size(), kPagesATask, [&](size_t begin, size_t end) {
     HeatSource page, sides[6];
     for (size_t n = begin; n < end; ++n) {
+      if (results_[n].live) continue;
       source(cells, list_[n], page);
       sources_around(cells, list_[n], sides);
-      const size_t next = std::min(n + kPagesAhead, list_.size() - 1);
-      const std::array<PageId, 27>& around = cells.around(list_[next]);
-      const HeatAhead ahead = {.own = cells.find_heats(list_[next]),
-                               .low_x = cells.find_heats(around[kFacePage[0]]),
-                               .high_x = cells.find_heats(around[kFacePage[1]]),
-                               .high_y = cells.find_heats(around[kFacePage[3]]),
-                               .into = heats_[next]->data(),
-                               .own_kinds = pages_[list_[next]].kinds.get(),
-                               .high_x_kinds = pages_[around[kFacePage[1]]].kinds.get(),
-                               .high_y_kinds = pages_[around[kFacePage[3]]].kinds.get()};
-      results_[n] = conduct(page, sides, step, heats_[n]->data(), ahead);
+      results_[n].live = is_live(page, sides, step);
     }
   });
 }
@@ -230,9 +365,19 @@ void Heat::conduct_explicit(Cells& cells, const HeatStep& step) {
 /// source Gene Golub, Richard Varga. Chebyshev semi-iterative methods, successive overrelaxation iterative methods, and
 ///        second order Richardson iterative methods. 1961
 void Heat::conduct_implicit(Cells& cells, const HeatStep& step) {
-  conduct_explicit(cells, step);  // for its answer to what is live
+  // Find what is live.
+  for (size_t n = 0; n < list_.size(); ++n)
+    if (!heats_[n]) heats_[n] = std::make_unique<Cells::Heats>();
+  world::parallel_ranges(list_.size(), kPagesATask, [&](size_t begin, size_t end) {
+    HeatSource sides[6];
+    for (size_t n = begin; n < end; ++n) {
+      sources_around(cells, list_[n], sides);
+      results_[n] = conduct(source(cells, list_[n]), sides, step, heats_[n]->data());
+    }
+  });
   std::vector<PageId> pages;
   place_.assign(cells.page_limit(), -1);
+  shared_list_.clear();
   for (size_t n = 0; n < list_.size(); ++n) {
     if (!results_[n].live) continue;
     for (const PageId p : cells.around(list_[n])) {
@@ -300,9 +445,13 @@ void Heat::conduct_implicit(Cells& cells, const HeatStep& step) {
       results_[n].live = results_[n].flows;  // else the next step finds out
     }
   });
+  world::parallel_ranges(list_.size(), kLookupsATask, [&](size_t begin, size_t end) {
+    for (size_t n = begin; n < end; ++n)
+      if (results_[n].flows) cells.swap_heats(list_[n], heats_[n]);
+  });
 }
 
-/// Puts the new heats in place, and tells who has to look again.
+/// Tells who has to look again.
 void Heat::write(Cells& cells, RuleReport& report) {
   for (size_t n = 0; n < list_.size(); ++n)
     if (results_[n].sides_changed) cells.open_around(list_[n]);
@@ -315,7 +464,6 @@ void Heat::write(Cells& cells, RuleReport& report) {
       const HeatResult& result = results_[n];
       const PageId p = list_[n];
       if (result.flows) {
-        cells.swap_heats(p, heats_[n]);
         cells.stir_heat(p);
         count += result.changed;
       }
@@ -343,8 +491,6 @@ void Heat::write(Cells& cells, RuleReport& report) {
 void Heat::step_once(Cells& cells, const HeatStep& step, bool implicit, RuleReport& report) {
   find_pages(cells, step);
   while (heats_.size() < list_.size()) heats_.push_back(nullptr);
-  for (size_t n = 0; n < list_.size(); ++n)
-    if (!heats_[n]) heats_[n] = std::make_unique<Cells::Heats>();
   results_.assign(list_.size(), {});
   implicit ? conduct_implicit(cells, step) : conduct_explicit(cells, step);
   write(cells, report);
@@ -371,7 +517,10 @@ RuleReport Heat::step(Cells& cells, const Tick& tick) {
     step_once(cells, {.scale = static_cast<float>(plan->dt / kHeatUnitJ), .phase = heat_phase(number)}, implicit,
               report);
   }
-  report.bytes = pages_.capacity() * sizeof(HeatPage) + heats_.size() * sizeof(Cells::Heats);
+  report.bytes = pages_.capacity() * sizeof(HeatPage) + faces_.capacity() * sizeof(PageFaces) +
+                 copies_.capacity() * sizeof(SideNumbers);
+  for (const auto& heats : heats_)
+    if (heats) report.bytes += sizeof(Cells::Heats);
   for (const HeatPage& page : pages_)
     if (page.kinds) report.bytes += sizeof(ThermalKinds) + page.kinds->all.capacity() * sizeof(ThermalVoxel);
   return report;

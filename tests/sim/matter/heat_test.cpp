@@ -45,18 +45,19 @@ const char* patchwork(VoxelPos v) {
 
 // ---- the kernel --------------------------------------------------------------------------------------------------
 
-void expect_conduction_voxel_by_voxel(const std::function<const char*(VoxelPos)>& block) {
+void expect_conduction_voxel_by_voxel(const std::function<const char*(VoxelPos)>& block, int side = 16) {
   // Closed all around: what is outside is air, which the dense box must hold too.
-  const VoxelBox inner{{8, 8, 8}, {23, 23, 23}};
+  const int all = side + 16;
+  const VoxelBox inner{{8, 8, 8}, {side + 7, side + 7, side + 7}};
   World world = world_of(inner, block);
   MatterOptions options;
   options.knobs = knobs_of(HeatScheme::explicit_steps, 400);
   RuleAlone rule(world, "heat", options);
-  DenseHeat dense(world, kBox);
+  DenseHeat dense(world, {{0, 0, 0}, {all - 1, all - 1, all - 1}});
+  const auto within = [side](uint64_t r) { return static_cast<int>(8 + r % 256 % static_cast<uint64_t>(side)); };
   for (int i = 0; i < 200; ++i) {
     const uint64_t r = world::random_bits(7, i, 0, 0);
-    const VoxelPos v{static_cast<int>(8 + (r & 15)), static_cast<int>(8 + (r >> 8 & 15)),
-                     static_cast<int>(8 + (r >> 16 & 15))};
+    const VoxelPos v{within(r), within(r >> 8), within(r >> 16)};
     const auto heat = static_cast<int32_t>(r >> 40) - (1 << 22);
     rule.set_heat(v, heat);
     dense.heat(v) = heat;
@@ -64,14 +65,28 @@ void expect_conduction_voxel_by_voxel(const std::function<const char*(VoxelPos)>
   for (int tick = 0; tick < 8; ++tick) {
     rule.step();
     dense.step(400, static_cast<uint64_t>(tick));
-    for (int x = 0; x < 32; ++x)
-      for (int y = 0; y < 32; ++y)
-        for (int z = 0; z < 32; ++z)
+    for (int x = 0; x < all; ++x)
+      for (int y = 0; y < all; ++y)
+        for (int z = 0; z < all; ++z)
           ASSERT_EQ(rule.heat({x, y, z}), dense.heat({x, y, z})) << tick << ' ' << x << ' ' << y << ' ' << z;
   }
 }
 
 TEST(Heat, EqualsConductionVoxelByVoxel) { expect_conduction_voxel_by_voxel(patchwork); }
+
+TEST(Heat, EqualsItHoweverPagesAreSharedOut) {
+  // Some 150 pages, in one chunk or several: of two blocks for vectors, and of many.
+  const auto layers = [](VoxelPos v) { return v.y % 4 < 2 ? "granite" : "copper_block"; };
+  for (const int threads : {1, 2, 8}) {
+    const world::ThreadLimit limit(threads);
+    for (const world::SimdLevel& level : world::simd_levels()) {
+      const world::SimdChoice choice(level);
+      SCOPED_TRACE(level.name);
+      expect_conduction_voxel_by_voxel(layers, 32);
+      expect_conduction_voxel_by_voxel(patchwork, 32);
+    }
+  }
+}
 
 TEST(Heat, EqualsItInPagesOfOneToFourKindsBesideOthers) {
   // Each page has its own choice: what meets at a side are three kinds, or more.
