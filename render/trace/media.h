@@ -43,8 +43,7 @@ double delta_tracked_transmittance(const world::Medium& medium, const world::Vec
 /// The product over tentative collisions of the part that is none; its variance is lower than delta tracking's. What
 /// fell below 1/16 lives on with probability 1/2, doubled.
 /// source  Jan Novak, Andrew Selle, Wojciech Jarosz. Residual Ratio Tracking for Estimating Attenuation in
-/// Participating
-///         Media. 2014
+///         Participating Media. 2014
 double ratio_tracked_transmittance(const world::Medium& medium, const world::Vec3d& origin,
                                    const world::Vec3d& direction, double t0, double t1, double sigma_t,
                                    RandomNumbers random);

@@ -5,8 +5,8 @@
 /// Weights are solid angles and sum to 4 pi; all are positive.
 /// error  the irradiance below a uniform hemisphere is `half_range` instead of pi. Whoever turns exitance to radiance
 ///        divides by half_range, and so no energy is lost or won whatever the set.
-/// source Thurgood, Pollard, Becker. The TN Quadrature Set for the Discrete Ordinates Method. J. Heat Transfer 117.
-/// 1995
+/// source Thurgood, Pollard, Becker. The TN Quadrature Set for the Discrete Ordinates Method. J. Heat Transfer 117,
+///        1995
 #pragma once
 
 #include <array>

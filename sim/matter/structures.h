@@ -12,8 +12,7 @@
 /// cost   a search of one structure: about 60 ns a leaf of it, downwards first, so that in a mountain it soon ends at
 ///        the ground; a copy of the solids' bits, 64 bytes a mixed leaf
 /// error  a structure of more than `reach` voxels without any ground stays in the air; solids that touch by an edge or
-/// a
-///        corner don't hold each other; weight breaks nothing
+///        a corner don't hold each other; weight breaks nothing
 #pragma once
 
 #include <unordered_map>

@@ -5,9 +5,8 @@
 /// from them the moon is enough.
 ///
 /// source James Ferwerda, Sumanta Pattanaik, Peter Shirley, Donald Greenberg. A Model of Visual Adaptation for
-/// Realistic
-///        Image Synthesis. 1996 (that it adapts within limits, and over time; the constants here are by eye, on the
-///        valley at night, 2026-11-26)
+///        Realistic Image Synthesis. 1996 (that it adapts within limits, and over time; the constants here are by eye,
+///        on the valley at night, 2026-11-26)
 #pragma once
 
 #include "render/image/image.h"

@@ -1,11 +1,9 @@
 /// Fixed point: I integer bits (the sign among them) and F bits of fraction in the smallest integer that holds them.
 ///
 /// error  conversion rounds to nearest, ties away from zero: at most 2^-(F+1) inside the range. Sums and differences
-/// are
-///        exact: a + b - b == a always, since overflow wraps. A product is rounded: at most 2^-(F+1).
+///        are exact: a + b - b == a always, since overflow wraps. A product is rounded: at most 2^-(F+1).
 /// fails  checked() and checked_add() return nothing outside the range; saturated() clamps, NaN becomes 0. Plain
-/// operators
-///        wrap around, which is defined.
+///        operators wrap around, which is defined.
 /// source Hughes and others. Computer Graphics: Principles and Practice, 3rd edition. 2013, section 14.3.1
 #pragma once
 

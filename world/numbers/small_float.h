@@ -8,8 +8,7 @@
 ///        Float7e3  relative 2^-8 in [1/4, 31.875], absolute 2^-10 below
 ///        Every code comes back unchanged (of Half's NaNs: as a NaN).
 /// fails  never. half_from_float overflows to infinity from 65520 on, as hardware does; what is stored must be finite,
-/// so
-///        half_from_float_saturated clamps to +-65504 and turns NaN to 0. Float7e3 clamps, and NaN becomes 0.
+///        so half_from_float_saturated clamps to +-65504 and turns NaN to 0. Float7e3 clamps, and NaN becomes 0.
 /// source IEEE 754-2019; Hughes and others. Computer Graphics: Principles and Practice, 3rd edition. 2013,
 /// section 14.3.2
 #pragma once

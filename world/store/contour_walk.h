@@ -14,8 +14,7 @@
 /// A start within a contour's voxel counts as in front of the surface; what lies ahead of it there is met.
 /// error  planes: as the contours. field: none but rounding, against the trilinear field; 1e-12 of a voxel in t
 /// cost   beside cubes 0.2 to 0.6 us a ray more (planes), 0.8 to 1.6 us (field): single rays at balls of radius 4 to
-/// 64,
-///        each from elsewhere (subject contours, measured 2026-11-25); nothing is allocated
+///        64, each from elsewhere (subject contours, measured 2026-11-25); nothing is allocated
 /// source Marmitt and others. Fast and Accurate Ray-Voxel Intersection Techniques for Iso-Surface Ray Tracing. 2004
 /// (the
 ///        first root of the cubic: between its extremes)

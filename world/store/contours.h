@@ -21,8 +21,8 @@
 /// cost   150 us a leaf that the surface passes, one core; update(): 1.7 ms for a leaf whose 26 neighbours it passes
 ///        too (a ball of radius 60, measured 2026-11-25)
 /// source Samuli Laine, Tero Karras. Efficient Sparse Voxel Octrees. 2010, section 3.2 (contours; theirs are slabs,
-/// ours
-///        half spaces: the field is one-sided). Sarah Frisken Gibson. Constrained Elastic Surface Nets. 1998 (the mean)
+///        ours half spaces: the field is one-sided). Sarah Frisken Gibson. Constrained Elastic Surface Nets. 1998 (the
+///        mean)
 #pragma once
 
 #include <array>

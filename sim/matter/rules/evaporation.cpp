@@ -8,8 +8,7 @@
 ///
 /// A leaf is looked at in one tick of 16. Amounts are whole: the rest of a unit is drawn by a hash of seed, voxel,
 /// tick. source John Dalton (the flux follows the vapour pressure). 1802; Oleg Alduchov, Robert Eskridge. Improved
-/// Magnus Form
-///        Approximation of Saturation Vapor Pressure. 1996, eq. 21; 5 mm: a warm day's by a class A pan
+///        Magnus Form Approximation of Saturation Vapor Pressure. 1996, eq. 21; 5 mm: a warm day's by a class A pan
 #include <algorithm>
 #include <cmath>
 #include <memory>

@@ -2,8 +2,7 @@
 /// basins that communicate. The flows: sim/matter/liquid_kernel.h.
 ///
 /// knobs  liquid_model: finite volumes; with inertia, as waves; or the levels of block games, which make and lose
-/// liquid
-///        (booked)
+///        liquid (booked)
 ///        liquid_passes: finite: rounds sideways in a tick
 ///
 /// A tick takes the liquids one after the other, the heaviest first. A voxel holds one of them. What is neither that

@@ -8,8 +8,7 @@
 ///   film      Welford's update in doubles (render/trace/film.h), of three bands and with the variance; ships
 /// Means that end as floats are half a unit off, 3e-8, whatever the sum.
 /// source  William Kahan. Further Remarks on Reducing Truncation Errors. 1965; Nicholas Higham. The Accuracy of
-/// Floating
-///         Point Summation. 1993
+///         Floating Point Summation. 1993
 #include <cmath>
 #include <memory>
 

@@ -2,9 +2,9 @@
 /// the sky; and the Cornell box in voxels.
 ///
 /// light_model          every face under the open sky; levels of grey and of colour; flux along 6 to 512 directions.
-/// Time
-///                      is that of all light from nothing. Levels fall by a fifth a voxel, as games draw them, not as
-///                      light does: their error has a floor. That of flux falls with the directions to that of voxels.
+///                      Time is that of all light from nothing. Levels fall by a fifth a voxel, as games draw them, not
+///                      as light does: their error has a floor. That of flux falls with the directions to that of
+///                      voxels.
 /// flux_residual        32 directions, reflection stopped at residuals from 0.3 to 0.001, against one of 1e-6
 /// light_interpolation  flux along 128 directions, drawn with one value a face, means at corners, linear between
 /// middles One point for each of 72 x 48 pixels.

@@ -21,8 +21,7 @@ std::vector<BezierPatch> patches_from_bspline(const std::vector<Vec3d>& net, int
 
 /// How many parts each patch must be divided into, along each side, so that its triangles lie within `error` of it.
 /// bound  1/8 (h_u^2 |S_uu| + 2 h_u h_v |S_uv| + h_v^2 |S_vv|); the second derivatives of a Bezier patch lie in the
-/// hull of
-///        differences of its control points
+///        hull of differences of its control points
 /// source Daniel Filip, Robert Magedson, Robert Markot. Surface Algorithms Using Bounds on Derivatives. 1986
 int divisions_for(const BezierPatch& patch, double error);
 
