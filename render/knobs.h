@@ -13,6 +13,8 @@ enum class SunShadow { none, sky_light, map, ray };
 enum class LightInterpolation { face, vertex, linear };  // in the order of shared::kLight...
 using world::LightModel;
 enum class ProxyShapes { cube, billboard, mesh };
+enum class LiquidSurface { full, level };
+constexpr auto knob_choices(LiquidSurface) { return std::array<std::string_view, 2>{"full", "level"}; }
 enum class FaceEdges { hardware, exact };
 enum class ContourShape { off, planes, field };  // in the order of world::ContourShape
 enum class DepthFormat { d16, d24, d32 };

@@ -45,6 +45,14 @@ SeeThroughKinds::SeeThroughKinds(const world::BlockPalette& palette) {
   }
 }
 
+SeeThroughKinds SeeThroughKinds::none(const world::BlockPalette& palette) {
+  SeeThroughKinds kinds;
+  kinds.kind_.assign(palette.size(), 0);
+  kinds.flags_.assign(palette.size(), 0);
+  kinds.blocks_.emplace_back();
+  return kinds;
+}
+
 bool SeeThroughKinds::called_for(const world::Census& census) const {
   return std::any_of(census.begin(), census.end(), [&](const auto& row) { return contains(row.first); });
 }

@@ -18,10 +18,12 @@ namespace render {
 /// sheet that transmits, a coverage below 1. So one of no strength is drawn as the opaque block that it equals.
 class SeeThroughKinds {
  public:
-  /// A face record has 13 bits for a kind; blocks beyond that many are drawn as opaque ones.
-  static constexpr size_t kMost = 8191;
+  /// A face record has 12 bits for a kind; blocks beyond that many are drawn as opaque ones.
+  static constexpr size_t kMost = 4095;
 
   explicit SeeThroughKinds(const world::BlockPalette& palette);
+  /// Of a picture in which nothing is seen through.
+  static SeeThroughKinds none(const world::BlockPalette& palette);
 
   uint16_t kind(world::BlockId block) const { return kind_[block]; }
   bool contains(world::BlockId block) const { return kind_[block] != 0; }
@@ -36,6 +38,7 @@ class SeeThroughKinds {
   bool called_for(const world::Census& census) const;
 
  private:
+  SeeThroughKinds() = default;
   std::vector<uint16_t> kind_;
   std::vector<uint8_t> flags_;
   std::vector<shared::SeeThroughBlock> blocks_;

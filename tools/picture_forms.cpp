@@ -166,7 +166,7 @@ world::Status write_layers(const std::string& path, const std::vector<std::strin
   if (wanted("depth")) TRY_STATUS(buffers.attach(BufferKind::depth, depth));
   if (wanted("normal")) TRY_STATUS(buffers.attach(BufferKind::normal, normal));
   if (wanted("id")) TRY_STATUS(buffers.attach(BufferKind::material, id));
-  TRY_STATUS(render::draw_layers(view, camera, knobs.view_distance, buffers));
+  TRY_STATUS(render::draw_layers(view, camera, knobs, buffers));
 
   const std::filesystem::path p(path);
   if (p.extension() == ".exr") return render::write_exr_layers(path, image, buffers, text);

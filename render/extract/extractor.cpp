@@ -24,26 +24,33 @@ double ChunkRange::distance(ChunkPos c) const {
 
 struct Extractor::Chunk : ExtractedChunk {
   ChunkFaces by_leaf;
+  bool has_parts = false;  // some records are of liquids that end within their voxels
 };
 
 Extractor::Extractor() = default;
 Extractor::~Extractor() = default;
 
+/// The masks without shapes.
+const MaskVolume& Extractor::cubes(const WorldView& view, MaskKind kind) const {
+  if (!shapes) return view.masks(kind);
+  return kind == MaskKind::occupied ? shapes->cubes_occupied(view) : shapes->cubes_opaque(view);
+}
+
 FaceSource Extractor::source(const WorldView& view) {
-  const MaskVolume& occupied = shapes ? shapes->cubes_occupied(view) : view.masks(MaskKind::occupied);
-  const MaskVolume& opaque = shapes ? shapes->cubes_opaque(view) : view.masks(MaskKind::opaque);
+  const MaskVolume& occupied = parts_.any() ? parts_.occupied() : cubes(view, MaskKind::occupied);
+  const MaskVolume& opaque = parts_.any() ? parts_.opaque() : cubes(view, MaskKind::opaque);
   kinds_.reset();
   if (knobs_.see_through) kinds_.emplace(view.palette());
   return {&view.store(), &occupied, &opaque, knobs_.sealed_cavities ? nullptr : &sealed_,
           kinds_ ? kinds_->flags() : std::span<const uint8_t>()};
 }
 
-void Extractor::make_records(const Store& store, Chunk& chunk) const {
+void Extractor::make_records(const WorldView& view, Chunk& chunk) const {
   thread_local std::vector<LeafBlocks> blocks;
   thread_local std::vector<std::array<BlockId, kLeafVoxels>> room;
   blocks.resize(chunk.by_leaf.leaf.size());
   if (room.size() < blocks.size()) room.resize(blocks.size());
-  LeafCopies leaves(store);
+  LeafCopies leaves(view.store());
   for (size_t i = 0; i < blocks.size(); ++i)
     blocks[i] = leaves.leaf(leaf_in_chunk(chunk.pos, chunk.by_leaf.leaf[i]), room[i]);
   if (knobs_.merge_faces) {
@@ -51,6 +58,8 @@ void Extractor::make_records(const Store& store, Chunk& chunk) const {
   } else {
     list_faces(chunk.by_leaf, blocks, chunk);
   }
+  chunk.has_parts = parts_.any() && parts_.in_chunk(view, chunk.pos);
+  if (chunk.has_parts) parts_.add_faces(view, chunk.pos, knobs_.merge_faces, chunk);
 }
 
 void Extractor::sort_chunks() {
@@ -80,7 +89,7 @@ uint64_t Extractor::extract(const WorldView& view, const FaceSource& from, std::
     ChunkFaces faces;
     for (size_t i = begin; i < end; ++i) {
       leaves[i] = extract_chunk_faces(from, &reader, positions[i], faces);
-      if (faces.empty()) continue;
+      if (faces.empty() && !parts_.in_chunk(view, positions[i])) continue;
       if (knobs_.skirts)
         for (size_t l = 0; l < faces.leaf.size(); ++l)
           add_skirts(*from.opaque, leaf_in_chunk(positions[i], faces.leaf[l]), faces.faces[l]);
@@ -90,7 +99,7 @@ uint64_t Extractor::extract(const WorldView& view, const FaceSource& from, std::
       ChunkFaces& kept = made[i]->by_leaf;
       kept.slot = faces.slot, kept.leaf = faces.leaf;
       kept.faces.assign(faces.faces.begin(), faces.faces.begin() + static_cast<std::ptrdiff_t>(faces.leaf.size()));
-      make_records(view.store(), *made[i]);
+      make_records(view, *made[i]);
     }
   });
   uint64_t leaves_extracted = 0;
@@ -108,12 +117,16 @@ uint64_t Extractor::extract(const WorldView& view, const FaceSource& from, std::
 ExtractReport Extractor::rebuild(const WorldView& view, const ExtractKnobs& knobs, const ChunkRange& range) {
   knobs_ = knobs;
   range_ = range;
+  kinds_.reset();
+  if (knobs.see_through) kinds_.emplace(view.palette());
+  parts_.rebuild(view, levels, kinds_ ? &*kinds_ : nullptr, cubes(view, MaskKind::occupied),
+                 cubes(view, MaskKind::opaque));
   sealed_ = knobs.sealed_cavities ? MaskVolume() : find_sealed_cavities(*source(view).opaque);
   const FaceSource from = source(view);
   chunks_.clear();
   held_.clear();
   faces_ = quads_ = 0;
-  const uint64_t leaves_extracted = extract(view, from, missing(*from.occupied));
+  const uint64_t leaves_extracted = extract(view, from, missing(cubes(view, MaskKind::occupied)));
   sort_chunks();
   return report(leaves_extracted, chunks_.size());
 }
@@ -136,13 +149,23 @@ ExtractReport Extractor::follow(const WorldView& view, const ChunkRange& range) 
   });
   const size_t kept = chunks_.size();
   const FaceSource from = source(view);
-  const uint64_t leaves_extracted = extract(view, from, missing(*from.occupied));
+  const uint64_t leaves_extracted = extract(view, from, missing(cubes(view, MaskKind::occupied)));
   if (kept != before || chunks_.size() != kept) sort_chunks();
   return report(leaves_extracted, chunks_.size() - kept);
 }
 
-ExtractReport Extractor::update(const WorldView& view, std::span<const LeafPos> dirty) {
+ExtractReport Extractor::update(const WorldView& view, std::span<const LeafPos> changed_blocks,
+                                std::span<const LeafPos> moved) {
+  std::vector<LeafPos> dirty(changed_blocks.begin(), changed_blocks.end());
+  if (!moved.empty()) {
+    const std::vector<LeafPos> more = parts_.concerned(view, moved);
+    dirty.insert(dirty.end(), more.begin(), more.end());
+    std::sort(dirty.begin(), dirty.end());
+    dirty.erase(std::unique(dirty.begin(), dirty.end()), dirty.end());
+  }
   if (dirty.empty()) return report(0, 0);
+  if (!parts_.update(view, dirty, cubes(view, MaskKind::occupied), cubes(view, MaskKind::opaque)))
+    return rebuild(view, knobs_, range_);
   const FaceSource from = source(view);
   // Leaves whose faces may have changed, chunk by chunk: the changed ones and their face neighbours. The flag says that
   // the blocks themselves may have changed.
@@ -203,9 +226,11 @@ ExtractReport Extractor::update(const WorldView& view, std::span<const LeafPos> 
       changed |= chunk.by_leaf.set(index, faces);
       changed |= tasks[i].blocks_changed && chunk.by_leaf.find(index);
     }
+    // A part's sides depend on what stands beside it.
+    changed |= parts_.any() && (chunk.has_parts || parts_.in_chunk(view, chunk.pos));
     if (!changed) return;
     merged[c] = 1;
-    make_records(view.store(), chunk);
+    make_records(view, chunk);
   });
 
   uint64_t chunks_merged = 0;
@@ -218,7 +243,7 @@ ExtractReport Extractor::update(const WorldView& view, std::span<const LeafPos> 
       set_changed |= chunk.version == 0;
       chunk.version = next_version_++;
     }
-    if (chunk.by_leaf.empty()) {
+    if (chunk.records.empty()) {
       set_changed |= chunk.version != 0;
       chunks_.erase(chunk.pos);
     }
@@ -228,7 +253,7 @@ ExtractReport Extractor::update(const WorldView& view, std::span<const LeafPos> 
 }
 
 size_t Extractor::bytes() const {
-  size_t total = sealed_.bytes() + sorted_.capacity() * sizeof(sorted_[0]);
+  size_t total = sealed_.bytes() + parts_.bytes() + sorted_.capacity() * sizeof(sorted_[0]);
   for (const auto& [pos, chunk] : chunks_)
     total += sizeof(Chunk) + chunk->records.capacity() * sizeof(FaceRecord) +
              chunk->by_leaf.leaf.capacity() * sizeof(uint16_t) + chunk->by_leaf.faces.capacity() * sizeof(LeafFaces);

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "render/extract/greedy.h"
+#include "render/extract/liquid_parts.h"
 #include "render/see_through.h"
 #include "world/world.h"
 
@@ -64,6 +65,8 @@ class Extractor {
 
   /// What follows the same world first, and whose voxels are no cubes; null: all are. It must live as long.
   const ShapeExtractor* shapes = nullptr;
+  /// The same of liquids that end within their voxels; null: all are full.
+  const LiquidLevels* levels = nullptr;
 
   /// Extracts everything in the range. Finds all sealed cavities of the world where the knob asks for it.
   ExtractReport rebuild(const world::WorldView& view, const ExtractKnobs& knobs, const ChunkRange& range = {});
@@ -71,11 +74,15 @@ class Extractor {
   ExtractReport follow(const world::WorldView& view, const ChunkRange& range);
   /// Follows edits: `dirty` holds the leaves that changed (Store::take_dirty). Equal to rebuild(), but for cavities
   /// that an edit has newly closed: their faces stay until the next rebuild(). An opened cavity is found at once.
-  ExtractReport update(const world::WorldView& view, std::span<const world::LeafPos> dirty);
+  /// `moved`: leaves in which a level changed.
+  ExtractReport update(const world::WorldView& view, std::span<const world::LeafPos> dirty,
+                       std::span<const world::LeafPos> moved = {});
 
   /// Chunks that have faces, sorted by position: all that the range needs, and some that it keeps.
   const std::vector<const ExtractedChunk*>& chunks() const { return sorted_; }
   const ExtractKnobs& knobs() const { return knobs_; }
+  /// Whether some faces are of liquids that end within their voxels.
+  bool any_part() const { return parts_.any(); }
   /// True where the voxel lies in a cavity whose faces were left out: a camera there needs sealed_cavities on.
   bool in_sealed_cavity(world::VoxelPos v) const { return sealed_.test(v); }
   size_t bytes() const;
@@ -83,9 +90,10 @@ class Extractor {
  private:
   struct Chunk;
   FaceSource source(const world::WorldView& view);
+  const world::MaskVolume& cubes(const world::WorldView& view, world::MaskKind kind) const;
   std::vector<ChunkPos> missing(const world::MaskVolume& occupied) const;
   uint64_t extract(const world::WorldView& view, const FaceSource& from, std::span<const ChunkPos> positions);
-  void make_records(const world::Store& store, Chunk& chunk) const;
+  void make_records(const world::WorldView& view, Chunk& chunk) const;
   void sort_chunks();
   ExtractReport report(uint64_t leaves_extracted, uint64_t chunks_merged) const;
 
@@ -94,6 +102,7 @@ class Extractor {
   std::unordered_set<ChunkPos, world::PosHash> held_;  // extracted, with faces or without; of a range alone
   world::MaskVolume sealed_;
   std::optional<SeeThroughKinds> kinds_;  // where knobs_.see_through
+  LiquidParts parts_;
   std::unordered_map<ChunkPos, std::unique_ptr<Chunk>, world::PosHash> chunks_;
   std::vector<const ExtractedChunk*> sorted_;
   uint64_t next_version_ = 1, faces_ = 0, quads_ = 0;

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "render/extract/kernels.h"
+#include "render/extract/unit_faces.h"
 #include "world/base/jobs.h"
 
 namespace render {
@@ -11,12 +12,6 @@ namespace render {
 using namespace world;
 
 namespace {
-
-/// One unit face, by its voxel in the chunk. key: kind of the block, and of what lies beyond in the upper half.
-struct Unit {
-  uint32_t key;
-  uint8_t face, plane, row, bit;
-};
 
 constexpr int kStep[3] = {64, 8, 1};
 
@@ -28,14 +23,15 @@ LeafPos beside(LeafPos l, int face) {
 /// Collects the unit faces of a chunk.
 class Collector {
  public:
-  Collector(const WorldView& view, const SeeThroughKinds& kinds)
-      : occupied_(view.masks(MaskKind::occupied)),
+  Collector(const WorldView& view, const SeeThroughKinds& kinds, const LiquidLevels* levels)
+      : levels_(levels && levels->any() ? levels : nullptr),
+        occupied_(view.masks(MaskKind::occupied)),
         opaque_(view.masks(MaskKind::opaque)),
         palette_(view.palette()),
         kinds_(kinds),
         reader_(view.store()) {}
 
-  void collect(ChunkPos chunk, std::vector<Unit>& out) {
+  void collect(ChunkPos chunk, std::vector<UnitFace>& out) {
     for (int index = 0; index < kLeavesPerChunk; ++index) {
       const LeafPos leaf = leaf_in_chunk(chunk, index);
       const LeafMask& occupied = occupied_.leaf(leaf);
@@ -45,7 +41,7 @@ class Collector {
   }
 
  private:
-  void collect_leaf(LeafPos leaf, VoxelPos leaf_offset, std::vector<Unit>& out) {
+  void collect_leaf(LeafPos leaf, VoxelPos leaf_offset, std::vector<UnitFace>& out) {
     const LeafBlocks self = reader_.leaf(leaf);
     LeafMask see = kNoneMask;
     if (!self.values) {
@@ -58,6 +54,7 @@ class Collector {
     }
     LeafBlocks next[kFaces];
     for (int f = 0; f < kFaces; ++f) next[f] = reader_.leaf(beside(leaf, f));
+    if (levels_ && near_levels(leaf)) return collect_parts(leaf, leaf_offset, self, see, next, out);
     // Most voxels touch their own kind: those are left out many at a time.
     LeafMask equal[3] = {};
     if (self.values) {
@@ -92,77 +89,76 @@ class Collector {
     }
   }
 
+  bool near_levels(LeafPos leaf) const {
+    bool any = levels_->leaf(leaf) != nullptr;
+    for (int f = 0; f < kFaces; ++f) any |= levels_->leaf(beside(leaf, f)) != nullptr;
+    return any;
+  }
+
+  /// The same where a liquid of the leaf, or of one beside it, ends within its voxel: above it is air.
+  void collect_parts(LeafPos leaf, VoxelPos leaf_offset, const LeafBlocks& self, const LeafMask& see,
+                     const LeafBlocks (&next)[kFaces], std::vector<UnitFace>& out) {
+    const LiquidLevels::Leaf* const own_levels = levels_->leaf(leaf);
+    const LiquidLevels::Leaf* next_levels[kFaces];
+    for (int f = 0; f < kFaces; ++f) next_levels[f] = levels_->leaf(beside(leaf, f));
+    const auto level_at = [](const LiquidLevels::Leaf* levels, int i) {
+      return levels ? (*levels)[static_cast<size_t>(i)] : static_cast<uint8_t>(kFullLevel);
+    };
+    for (int x = 0; x < 8; ++x)
+      for (uint64_t bits = see.word[x]; bits != 0; bits &= bits - 1) {
+        const int i = x << 6 | __builtin_ctzll(bits);
+        const VoxelPos v = offset_in_leaf(i);
+        const BlockId own = self[i];
+        const uint8_t level = level_at(own_levels, i);
+        for (int f = 0; f < kFaces; ++f) {
+          const int axis = face_axis(f), step = kStep[axis] * face_sign(f), border = face_sign(f) > 0 ? 7 : 0;
+          const bool leaves = v[axis] == border;
+          const int there = leaves ? i + step - 8 * step : i + step;
+          const BlockId other = leaves ? next[f][there] : self[there];
+          uint8_t other_level = level_at(leaves ? next_levels[f] : own_levels, there);
+          const PlaneAxes& axes = kPlaneAxes[axis];
+          const auto at = [&](int a) { return static_cast<uint8_t>(leaf_offset[a] * 8 + v[a]); };
+          UnitFace unit{kinds_.kind(own), static_cast<uint8_t>(f), at(axes.plane), at(axes.row), at(axes.bit)};
+          const bool open =
+              other == kAir || (!kinds_.contains(other) && !palette_[other].opaque && !palette_[other].proxy.empty());
+          if (open || (f == kFacePosY && level < kFullLevel) || (f == kFaceNegY && other_level < kFullLevel))
+            other_level = 0;
+          unit.top = level;
+          if (axis == 1) {
+            if (f == kFaceNegY) unit.top = kFullLevel;  // a bottom lies on the grid
+            if (other_level == 0) {
+              out.push_back(unit);
+              continue;
+            }
+            other_level = kFullLevel;
+          }
+          // Up to where both are there, and then what stands above the other.
+          const uint32_t beyond = other_level > 0 ? kinds_.kind(other) : 0;
+          if (beyond && own > other) {
+            UnitFace both = unit;
+            both.key |= beyond << 16;
+            both.top = std::min(unit.top, other_level);
+            out.push_back(both);
+          }
+          if (axis != 1 && level > other_level) {
+            unit.bottom = other_level;
+            unit.again = other_level > 0;
+            out.push_back(unit);
+          }
+        }
+      }
+  }
+
+  const LiquidLevels* levels_;  // null: all liquids are full
   const MaskVolume &occupied_, &opaque_;
   const BlockPalette& palette_;
   const SeeThroughKinds& kinds_;
   StoreReader reader_;
 };
 
-/// Merges the faces of one plane to rectangles: runs along the bits, each followed down the rows while all of it goes
-/// on.
-class PlaneMerger {
- public:
-  void merge(std::span<const Unit> units, bool merge_faces, ChunkRecords& out) {
-    const int face = units[0].face;
-    const PlaneAxes& axes = kPlaneAxes[face_axis(face)];
-    for (const Unit& u : units) grid_[u.row][u.bit] = u.key;
-    for (const Unit& u : units) {
-      const uint32_t key = grid_[u.row][u.bit];
-      if (!key) continue;
-      uint32_t width = 1, height = 1;
-      if (merge_faces) {
-        while (u.bit + width < kChunkSize && grid_[u.row][u.bit + width] == key) ++width;
-        const auto goes_on = [&](uint32_t row) {
-          for (uint32_t b = 0; b < width; ++b)
-            if (grid_[row][u.bit + b] != key) return false;
-          return true;
-        };
-        while (u.row + height < kChunkSize && goes_on(u.row + height)) ++height;
-      }
-      for (uint32_t r = 0; r < height; ++r)
-        for (uint32_t b = 0; b < width; ++b) grid_[u.row + r][u.bit + b] = 0;
-      uint32_t low[3], high[3];
-      low[axes.plane] = u.plane, low[axes.row] = u.row, low[axes.bit] = u.bit;
-      high[axes.plane] = u.plane, high[axes.row] = u.row + height, high[axes.bit] = u.bit + width;
-      FaceRecord record =
-          make_face_record(low[0], low[1], low[2], width, height, static_cast<uint32_t>(face), key & 0xffff);
-      record.word1 |= (key >> 16) << 19;
-      out.records.push_back(record);
-      CornerBox& box = out.bounds[static_cast<size_t>(face)];
-      for (size_t a = 0; a < 3; ++a) {
-        const bool own = static_cast<int>(a) == axes.plane;
-        const uint32_t out_of = own ? static_cast<uint32_t>(face & 1) : 0;
-        box.min[a] = static_cast<uint8_t>(std::min<uint32_t>(box.min[a], low[a] + out_of));
-        box.max[a] = static_cast<uint8_t>(std::max<uint32_t>(box.max[a], high[a] + out_of));
-      }
-    }
-  }
-
- private:
-  uint32_t grid_[kChunkSize][kChunkSize] = {};  // zero between planes
-};
-
-void make_records(std::vector<Unit>& units, bool merge_faces, ChunkRecords& out) {
-  std::sort(units.begin(), units.end(), [](const Unit& a, const Unit& b) {
-    return std::tie(a.face, a.plane, a.row, a.bit) < std::tie(b.face, b.plane, b.row, b.bit);
-  });
-  out.records.clear();
-  out.bounds = {};
-  out.all_bounds = {};
-  out.faces = units.size();
-  thread_local PlaneMerger merger;
-  size_t begin = 0;
-  for (size_t f = 0; f < kFaces; ++f) {
-    out.first[f] = static_cast<uint32_t>(out.records.size());
-    while (begin < units.size() && units[begin].face == f) {
-      size_t end = begin;
-      while (end < units.size() && units[end].face == f && units[end].plane == units[begin].plane) ++end;
-      merger.merge({units.data() + begin, end - begin}, merge_faces, out);
-      begin = end;
-    }
-    if (!out.bounds[f].empty()) out.all_bounds.include(out.bounds[f]);
-  }
-  out.first[kFaces] = static_cast<uint32_t>(out.records.size());
+void make_records(std::vector<UnitFace>& units, bool merge_faces, ChunkRecords& out) {
+  const auto name = [](uint32_t key, uint32_t upper) { return (key & 0xffff) | upper << 12 | (key >> 16) << 19; };
+  merge_units(units, merge_faces, name, out);
 }
 
 }  // namespace
@@ -182,14 +178,15 @@ void SeeThroughFaces::clear() {
   sort_chunks();
 }
 
-void SeeThroughFaces::rebuild(const WorldView& view, const SeeThroughKinds& kinds, bool merge_faces) {
+void SeeThroughFaces::rebuild(const WorldView& view, const SeeThroughKinds& kinds, bool merge_faces,
+                              const LiquidLevels* levels) {
   merge_ = merge_faces;
   const std::vector<ChunkPos> positions = occupied_chunks(view.masks(MaskKind::occupied));
   view.masks(MaskKind::opaque);  // made before threads ask
   std::vector<std::unique_ptr<ExtractedChunk>> made(positions.size());
   parallel_ranges(positions.size(), 8, [&](size_t begin, size_t end) {
-    Collector collector(view, kinds);
-    std::vector<Unit> units;
+    Collector collector(view, kinds, levels);
+    std::vector<UnitFace> units;
     for (size_t i = begin; i < end; ++i) {
       units.clear();
       collector.collect(positions[i], units);
@@ -209,7 +206,8 @@ void SeeThroughFaces::rebuild(const WorldView& view, const SeeThroughKinds& kind
   sort_chunks();
 }
 
-void SeeThroughFaces::update(const WorldView& view, const SeeThroughKinds& kinds, std::span<const LeafPos> dirty) {
+void SeeThroughFaces::update(const WorldView& view, const SeeThroughKinds& kinds, std::span<const LeafPos> dirty,
+                             const LiquidLevels* levels) {
   if (dirty.empty()) return;
   std::vector<ChunkPos> positions;
   for (const LeafPos leaf : dirty) {
@@ -219,8 +217,8 @@ void SeeThroughFaces::update(const WorldView& view, const SeeThroughKinds& kinds
   std::sort(positions.begin(), positions.end());
   positions.erase(std::unique(positions.begin(), positions.end()), positions.end());
   view.masks(MaskKind::occupied), view.masks(MaskKind::opaque);
-  std::vector<std::vector<Unit>> units(positions.size());
-  parallel_for(positions.size(), [&](size_t i) { Collector(view, kinds).collect(positions[i], units[i]); });
+  std::vector<std::vector<UnitFace>> units(positions.size());
+  parallel_for(positions.size(), [&](size_t i) { Collector(view, kinds, levels).collect(positions[i], units[i]); });
   for (size_t i = 0; i < positions.size(); ++i) {
     const auto found = chunks_.find(positions[i]);
     if (units[i].empty()) {

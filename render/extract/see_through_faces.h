@@ -4,8 +4,11 @@
 /// block B of a smaller id: one face, A's, which tells what lies on its other side. Between two voxels of one block
 /// there is none, nor towards an opaque block, which shows its own face.
 ///
+/// Where a liquid ends within its voxel (LiquidLevels), above it is air: its top lies there, its sides reach up to
+/// there, and of a neighbour's side that part shows as one to air which stands higher.
+///
 /// A record is that of render/extract/face_record.shared.h, with A's kind (render/see_through.h) where the block's id
-/// is and the kind of what lies beyond in bits 19..31 of word 1. Rectangles of equal kinds and direction; merge_faces
+/// is and the kind of what lies beyond in bits 19..30 of word 1. Rectangles of equal kinds and direction; merge_faces
 /// off: one for each unit face.
 #pragma once
 
@@ -15,6 +18,7 @@
 #include <vector>
 
 #include "render/extract/extractor.h"
+#include "render/liquid_levels.h"
 #include "render/see_through.h"
 #include "world/world.h"
 
@@ -22,9 +26,13 @@ namespace render {
 
 class SeeThroughFaces {
  public:
-  void rebuild(const world::WorldView& view, const SeeThroughKinds& kinds, bool merge_faces);
-  /// Follows edits: chunks of the changed leaves and of their six neighbours are made anew. Equal to rebuild().
-  void update(const world::WorldView& view, const SeeThroughKinds& kinds, std::span<const world::LeafPos> dirty);
+  /// levels: null: all liquids are full.
+  void rebuild(const world::WorldView& view, const SeeThroughKinds& kinds, bool merge_faces,
+               const LiquidLevels* levels = nullptr);
+  /// Follows edits, and changes of levels: chunks of the changed leaves and of their six neighbours are made anew.
+  /// Equal to rebuild().
+  void update(const world::WorldView& view, const SeeThroughKinds& kinds, std::span<const world::LeafPos> dirty,
+              const LiquidLevels* levels = nullptr);
   void clear();
 
   /// Chunks that have faces, sorted by position.

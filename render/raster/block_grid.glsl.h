@@ -20,7 +20,16 @@ int find_block_region(ivec3 region) {
   }
 }
 
-/// The block of a voxel, and the size of the aligned cube around it that is known to be all of that block.
+/// Sixteenths that a liquid is high in a voxel of this code; 16: it fills it, or is none.
+uint code_level(uint code) {
+  if (!kLiquidLevels) return 16u;
+  const uint level = block_kinds[2u * code + 1u] >> kKindLevelShift & 15u;
+  return level == 0u ? 16u : level;
+}
+uint code_block(uint code) { return kLiquidLevels ? block_kinds[2u * code + 1u] >> kKindBlockShift : code; }
+
+/// The code of a voxel, its block's id but where a liquid ends within it, and the size of the aligned cube around it
+/// that is known to be all of that code.
 uint block_at(ivec3 voxel, int region, out int size) {
   size = 128;
   if (region < 0) return 0u;
@@ -43,7 +52,8 @@ struct BlockWalk {
   vec3 fraction, direction;  // unit, so that t is in m
   int place;                 // of the region
   float t;
-  int axis;  // of the last crossing; -1 at the start
+  int axis;    // of the last crossing; -1 at the start
+  uint level;  // of the liquid's top in the voxel that was crossed last, in sixteenths; 0: a plane of the grid
 };
 
 BlockWalk begin_walk(ivec3 voxel, vec3 fraction, vec3 direction) {
@@ -55,6 +65,7 @@ BlockWalk begin_walk(ivec3 voxel, vec3 fraction, vec3 direction) {
   w.place = find_block_region(w.region);
   w.t = 0.0;
   w.axis = -1;
+  w.level = 0u;
   return w;
 }
 
@@ -66,6 +77,7 @@ bool leave_cube(inout BlockWalk w, int size) {
   vec3 t = (vec3(planes - w.start) - w.fraction) / w.direction;
   t = mix(t, vec3(1e30), equal(w.direction, vec3(0)));
   w.axis = t.x <= t.y ? (t.x <= t.z ? 0 : 2) : (t.y <= t.z ? 1 : 2);
+  w.level = 0u;
   w.t = max(t[w.axis], w.t);
   w.voxel = clamp(w.start + ivec3(floor(w.fraction + w.t * w.direction)), low, low + (size - 1));
   w.voxel[w.axis] = up[w.axis] ? planes[w.axis] : planes[w.axis] - 1;
@@ -84,6 +96,33 @@ bool leave_cube(inout BlockWalk w, int size) {
   return true;
 }
 
+/// A walk in a voxel whose liquid ends within it.
+struct LiquidTop {
+  float t;             // where the walk crosses it; 1e30: it runs level
+  bool ahead, liquid;  // not yet; the walk is in the liquid
+};
+LiquidTop liquid_top(BlockWalk w, uint level) {
+  LiquidTop top;
+  const float height = float(w.voxel.y - w.start.y) + float(level) / 16.0 - w.fraction.y, up = w.direction.y;
+  top.t = up == 0.0 ? 1e30 : height / up;
+  // In the order of (t, axis).
+  const bool crossed = w.level != 0u || top.t < w.t || (top.t == w.t && w.axis != 0);
+  top.liquid = up == 0.0 ? height > 0.0 : crossed != (up > 0.0);
+  top.ahead = !crossed;
+  return top;
+}
+/// Crosses it, where that comes before the voxel's end.
+bool cross_top(inout BlockWalk w, LiquidTop top, uint level) {
+  if (!top.ahead) return false;
+  BlockWalk next = w;
+  leave_cube(next, 1);
+  if (!(top.t < next.t || (top.t == next.t && next.axis != 0))) return false;
+  w.t = max(top.t, w.t);
+  w.axis = 1;
+  w.level = level;
+  return true;
+}
+
 /// The point of the last crossing, seen from the side the walk comes from.
 FacePoint crossed_point(BlockWalk w, uint block) {
   FacePoint p;
@@ -94,6 +133,11 @@ FacePoint crossed_point(BlockWalk w, uint block) {
   p.front[w.axis] += up ? -1 : 1;
   p.fraction = clamp(w.fraction + w.t * w.direction - vec3(p.front - w.start), vec3(0), vec3(1));
   p.fraction[w.axis] = up ? 1.0 : 0.0;
+  if (kLiquidLevels && w.level != 0u) {
+    // As a face of the voxel's upper side.
+    p.front = w.voxel + ivec3(0, 1, 0);
+    p.fraction.y = 0.0;
+  }
   p.to_eye = -w.direction;
   p.step_x = p.step_y = vec3(0);
   return p;
@@ -104,7 +148,15 @@ float run_length(ivec3 voxel, vec3 fraction, vec3 direction, uint kind) {
   BlockWalk w = begin_walk(voxel, fraction, direction);
   for (int steps = 0; steps < 4096; ++steps) {
     int size;
-    if (block_kinds[2u * block_at(w.voxel, w.place, size)] != kind) return w.t;
+    const uint code = block_at(w.voxel, w.place, size);
+    const uint level = code_level(code);
+    if (kLiquidLevels && level < 16u) {
+      const LiquidTop top = liquid_top(w, level);
+      if ((top.liquid ? block_kinds[2u * code] : 0u) != kind || cross_top(w, top, level)) return w.t;
+      size = 1;
+    } else if (block_kinds[2u * code] != kind) {
+      return w.t;
+    }
     if (!leave_cube(w, size)) return 1e30;
   }
   return w.t;
@@ -127,7 +179,15 @@ vec3 followed_radiance(ivec3 voxel, vec3 fraction, vec3 direction, uint medium, 
       if (mesh_t <= w.t) break;
     }
     int size;
-    const uint block = block_at(w.voxel, w.place, size), kind = block_kinds[2u * block];
+    const uint code = block_at(w.voxel, w.place, size), block = code_block(code), level = code_level(code);
+    uint kind = block_kinds[2u * code];
+    LiquidTop top;
+    top.ahead = false;
+    if (kLiquidLevels && level < 16u) {
+      top = liquid_top(w, level);
+      if (!top.liquid) kind = 0u;
+      size = 1;
+    }
     if (kind != medium && w.axis < 0) {
       // The start is rounded into another block: nothing lies between.
       if (kind == kKindSolid) return added;
@@ -158,13 +218,18 @@ vec3 followed_radiance(ivec3 voxel, vec3 fraction, vec3 direction, uint medium, 
         const FacePoint at = crossed_point(w, block);
         vec3 normal = vec3(0);
         normal[w.axis] = w.direction[w.axis] >= 0.0 ? -1.0 : 1.0;
+        ivec3 before = at.front, beyond = w.voxel;
+        vec3 place = at.fraction;
+        place[w.axis] = 1.0 - place[w.axis];
+        vec3 place_before = at.fraction;
+        if (kLiquidLevels && w.level != 0u) {
+          before = beyond;
+          place.y = place_before.y = float(w.level) / 16.0;
+        }
         if (total) {
-          w = begin_walk(at.front, at.fraction, mirrored);
+          w = begin_walk(before, place_before, mirrored);
         } else {
           const vec3 bent = refracted_direction(-w.direction, normal, n_far / n_near);
-          ivec3 beyond = w.voxel;
-          vec3 place = at.fraction;
-          place[w.axis] = 1.0 - place[w.axis];
           w = begin_walk(beyond, place, bent);
           through *= shares.passed;
           medium = kind;
@@ -178,6 +243,7 @@ vec3 followed_radiance(ivec3 voxel, vec3 fraction, vec3 direction, uint medium, 
       medium = kind;
       if (all(lessThan(through, vec3(1e-3)))) return added;
     }
+    if (kLiquidLevels && cross_top(w, top, level)) continue;
     if (!leave_cube(w, size)) break;
   }
   if (kMeshes) {  // not of two conditions: specialised, it takes all that it holds out of the shader

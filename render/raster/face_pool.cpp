@@ -57,6 +57,8 @@ CornerBox FacePool::box_of_face(const FaceRecord& record) {
     box.min[static_cast<size_t>(a)] = static_cast<uint8_t>(std::min(low[a], high[a]));
     box.max[static_cast<size_t>(a)] = static_cast<uint8_t>(std::max(low[a], high[a]));
   }
+  // A liquid's top lies within its voxel.
+  if (face_is_part(record.word0) && face_direction(record.word1) == world::kFacePosY) --box.min[1];
   return box;
 }
 

@@ -2,6 +2,24 @@
 #ifndef LOAM_RENDER_RASTER_FACE_VERTEX_GLSL_H
 #define LOAM_RENDER_RASTER_FACE_VERTEX_GLSL_H
 
+/// From a plane of the grid down to a liquid's top below it, `level` sixteenths high in its voxel; 0: it is on the
+/// plane.
+float level_drop(uint level) { return level == 0u ? 0.0 : 1.0 - float(level) / 16.0; }
+
+/// Of a face along u and v, relative to the camera. upper: of a part, the four bits of its record.
+void face_extent(uint word0, uint word1, uint upper, int u, int v, vec2 fraction, out vec2 low, out vec2 high) {
+  low = vec2(u, v) - fraction;
+  high = vec2(u + int(face_width(word0)), v + int(face_height(word0))) - fraction;
+  const uint direction = face_direction(word1);
+  if (!face_is_part(word0) || (direction >> 1) == 1u) return;
+  // A side's extent along y, which is u for faces of z and v for those of x.
+  const int along = direction > 3u ? 0 : 1;
+  const vec2 ends = vec2(part_bottom(word0, word1), part_top(upper)) / 16.0;
+  const float y = float(along == 0 ? u : v);
+  low[along] = y + ends.x - fraction[along];
+  high[along] = y + ends.y - fraction[along];
+}
+
 /// In clip space. u, v: the axes of the face's plane beside `axis`, which lies at `offset` from the camera; low, high:
 /// the face's extent along them, relative to the camera. Needs `picture` and kExactEdges.
 vec4 placed_corner(int axis, int u, int v, float offset, vec2 low, vec2 high, bool high_u, bool high_v) {

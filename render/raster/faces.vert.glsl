@@ -6,6 +6,7 @@
 #include "render/extract/face_record.shared.h"
 
 layout(constant_id = kSpecExactEdges) const bool kExactEdges = true;
+layout(constant_id = kSpecLiquidLevels) const bool kLiquidLevels = false;
 layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
 layout(binding = kBindFaces) uniform usamplerBuffer faces;
 layout(binding = kBindChunks) uniform isamplerBuffer chunks;
@@ -36,15 +37,20 @@ void main() {
   const int level = chunk.w & int(kChunkLevel);
   const ivec3 voxel = chunk.xyz + (ivec3(face_voxel(record.x)) << level);
   const int plane = voxel[axis] + ((face & 1) << level);
-  const float offset = float(plane) - picture.fraction[axis] - picture.fraction_rest[axis];
-  seen = uvec4(face_block(record.y) | uint(face) << kSeenFaceShift | uint(level) << kSeenLevelShift, uint(plane),
-               uint(chunk.w), floatBitsToUint(offset));
+  const uint upper = kLiquidLevels ? opaque_part_upper(record.y) : 0u, liquid = face == 3 ? upper : 0u;
+  const float drop = kLiquidLevels ? level_drop(liquid) : 0.0;
+  const float offset = float(plane) - drop - picture.fraction[axis] - picture.fraction_rest[axis];
+  seen = uvec4(face_block(record.y) | uint(face) << kSeenFaceShift | uint(level) << kSeenLevelShift |
+                   liquid << kSeenLiquidShift,
+               uint(plane), uint(chunk.w), floatBitsToUint(offset));
 
   // From integers, so that the common edge of two faces has the same bits in both.
   const vec2 fraction = vec2(picture.fraction[u], picture.fraction[v]);
-  const vec2 low = vec2(voxel[u], voxel[v]) - fraction;
-  const vec2 high = vec2(voxel[u] + (int(face_width(record.x)) << level),
-                         voxel[v] + (int(face_height(record.x)) << level)) - fraction;
+  vec2 low = vec2(voxel[u], voxel[v]) - fraction;
+  vec2 high = vec2(voxel[u] + (int(face_width(record.x)) << level),
+                   voxel[v] + (int(face_height(record.x)) << level)) - fraction;
+  if (kLiquidLevels && face_is_part(record.x))
+    face_extent(record.x, record.y, upper, voxel[u], voxel[v], fraction, low, high);
   rectangle = vec4(low, high);
 
   // A face that looks away shrinks to a point.

@@ -56,10 +56,11 @@ world::Result<const Pipeline*> FacesPass::pipeline(PassContext& context, const D
                                                    bool blends, bool impostors) {
   const FaceEdges edges = drawing.bare ? FaceEdges::hardware : drawing.knobs.face_edges;
   const bool clips = drawing.behind != nullptr;
-  Pipeline& found = pipelines_[{edges, what, blends, clips, drawing.bare, impostors}];
+  Pipeline& found = pipelines_[{edges, what, blends, clips, drawing.bare, impostors, drawing.liquid_levels}];
   if (!found) {
     const std::array constants{Constant{kSpecExactEdges, edges == FaceEdges::exact}, Constant{kSpecBlends, blends},
-                               Constant{kSpecClips, clips}, Constant{kSpecTexelRays, !impostors}};
+                               Constant{kSpecClips, clips}, Constant{kSpecTexelRays, !impostors},
+                               Constant{kSpecLiquidLevels, drawing.liquid_levels}};
     GraphicsState state{.colour = {kSeenFormat}, .depth = context.targets.depth_format};
     std::span<const uint32_t> vertex = faces_vert_spv, fragment = faces_frag_spv;
     if (what == Drawn::shapes) vertex = shapes_vert_spv, fragment = shapes_frag_spv;

@@ -31,7 +31,7 @@ class FacesPass : public Pass {
                                           bool impostors = false);
   void record_draws(VkCommandBuffer commands, PassContext& context, bool second);
 
-  std::map<std::tuple<FaceEdges, Drawn, bool, bool, bool, bool>, Pipeline> pipelines_;
+  std::map<std::tuple<FaceEdges, Drawn, bool, bool, bool, bool, bool>, Pipeline> pipelines_;
   OcclusionTest occlusion_;
   Impostors impostors_;  // of what is far, where the knob asks for them
   const Pipeline* makes_impostors_ = nullptr;

@@ -12,6 +12,7 @@
 #include "render/image/display.h"
 #include "render/light/spot_map.h"
 #include "render/raster/lighting.shared.h"
+#include "render/see_through.h"
 #include "render/trace/geometry.h"
 #include "world/base/random.h"
 #include "world/luminaires/kinds.h"
@@ -475,11 +476,15 @@ void Lighting::describe(const world::WorldView& view, const Camera& camera, cons
             static_cast<uint32_t>(seed), static_cast<uint32_t>(seed >> 32));
   // As Tracer::absorption() of what lets light through.
   p.eye_absorption = vec4(0);
-  if (!variant_.bsdf) return;
+  if (!variant_.bsdf || eye_above_liquid) return;
   world::StoreReader reader(view.store());
   const world::VoxelPos eye = camera.position.voxel;
   const world::Block& block = view.palette()[reader.leaf(leaf_from_voxel(eye))[index_in_leaf(eye)]];
   if (block.opaque || !block.proxy.empty() || !(block.absorption.max() > 0)) return;
+  // Layers have it in themselves.
+  if (knobs.transparency != Transparency::opaque &&
+      SeeThroughKinds(view.palette()).contains(reader.leaf(leaf_from_voxel(eye))[index_in_leaf(eye)]))
+    return;
   p.eye_absorption = vec4(block.absorption.r, block.absorption.g, block.absorption.b, 1);
 }
 

@@ -53,6 +53,8 @@ class Lighting {
   const std::vector<std::string>& dropped() const { return dropped_; }
   /// Bytes that the buffer may have, at most the device's limit; tests lower it.
   uint64_t binding_limit = ~uint64_t{0};
+  /// The camera is in a liquid's voxel, in the air above it.
+  bool eye_above_liquid = false;
 
  private:
   /// A part of a luminaire that the eye may see.

@@ -22,8 +22,8 @@ const float kLeastMirrored = 0.004;
 
 /// t of the node's plane, and of equal ones by axis.
 vec2 order_of(uint node, vec3 ray) {
-  const uint axis = nodes[3u * node + 1u] >> 14u & 3u;
-  return vec2(plane_t(axis, int(nodes[3u * node + 2u]), ray), float(axis));
+  const uint packed = nodes[3u * node + 1u], axis = packed >> 14u & 3u;
+  return vec2(level_plane_t(axis, int(nodes[3u * node + 2u]), interface_level(packed), ray), float(axis));
 }
 bool before(vec2 a, vec2 b) { return a.x < b.x || (a.x == b.x && a.y < b.y); }
 
@@ -46,7 +46,7 @@ void main() {
   const uint head = imageLoad(heads, pixel).x, eye = uint(layers.eye.x);
   const uvec2 seen = texelFetch(seen_image, pixel, 0).xy;
   bool mirror = kReflection != kReflectionNone && seen.x != 0u && (seen.x & kSeenNoFace) == 0u &&
-                      block_kinds[2u * seen_block(seen.x) + 1u] != 0u;
+                      (block_kinds[2u * seen_block(seen.x) + 1u] & 1u) != 0u;
   if (head == 0u && !mirror && layer_blocks[eye].absorption.xyz == vec3(0)) return;
   const vec3 ray = pixel_ray(vec2(pixel) + 0.5);
   const float inverse_length = inversesqrt(dot(ray, ray)), metres = dot(ray, ray) * inverse_length;
@@ -81,8 +81,9 @@ void main() {
       if (kReflection != kReflectionNone && max(worth.x, max(worth.y, worth.z)) > kLeastMirrored &&
           (i.outside || i.near == eye))
         mirrored = mirrored_radiance(i.t * ray,
-                                     face_point(uint(owner.block.x), i.face, i.t * ray + picture.fraction.xyz, i.plane,
-                                                -direction),
+                                     turned_back(face_point(uint(owner.block.x), i.face,
+                                                            i.t * ray + picture.fraction.xyz, i.plane, -direction),
+                                                 i, direction),
                                      i.plane, direction, i.near);
       else
         mirrored = sky_radiance(mirrored_direction(i, direction));
@@ -114,10 +115,8 @@ void main() {
     normal[i.face >> 1u] = (i.face & 1u) != 0u ? 1.0 : -1.0;
     bend.direction = refracted_direction(-direction, normal, n_far / n_near);
     if (kRefraction == kRefractionTraced) {
-      FacePoint at = face_point(uint(owner.block.x), i.face, i.t * ray + picture.fraction.xyz, i.plane, -direction);
-      const uint axis = i.face >> 1u;
-      at.front[axis] += direction[axis] > 0.0 ? 1 : -1;
-      at.fraction[axis] = 1.0 - at.fraction[axis];
+      const FacePoint at = stepped_beyond(
+          face_point(uint(owner.block.x), i.face, i.t * ray + picture.fraction.xyz, i.plane, -direction), i, direction);
       // Of media behind the bend nothing is known: they take what they take up to there.
       const vec3 behind = fog.value * followed_radiance(at.front, at.fraction, bend.direction, i.far, true);
       imageStore(colour_image, pixel, vec4(view.added + still_open(view, kCoveragePattern) * behind, 1));

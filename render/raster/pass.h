@@ -84,6 +84,7 @@ struct Drawing {
   const Selection* selected = nullptr;      // what is outlined
   bool whole_mirror = false;                // see Rasterizer::whole_mirror
   bool sun_blockers = false;                // what isn't opaque takes its part of the sun's light
+  bool liquid_levels = false;               // some liquid ends within its voxel
 };
 
 /// For every pipeline that includes render/raster/shading/surface.glsl.h or sky.glsl.h: what shading is compiled for.

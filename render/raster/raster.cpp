@@ -165,8 +165,12 @@ class Raster : public RasterBackend {
     const double upload_ms = ms_since(upload_start);
     const Shading shading(sky, view.palette());
     rasterizer_->seed = sampling.seed;
-    const double near = near_plane(view, camera, PixelRays(camera, width, height),
-                                   !smooth && shapes_.has_shape(camera.position.voxel), *rasterizer_);
+    rasterizer_->liquid_levels = !smooth && liquid_levels_.any();
+    lighting.eye_above_liquid = !smooth && liquid_levels_.above_surface(camera.position);
+    const double near = near_plane(
+        view, camera, PixelRays(camera, width, height),
+        !smooth && (shapes_.has_shape(camera.position.voxel) || liquid_levels_.at(camera.position.voxel) < kFullLevel),
+        *rasterizer_);
     TRY(const std::optional<raster::MirrorPicture> mirrored,
         picture_in_mirror(view, camera, sky, shading, knobs, width, height));
     rasterizer_->mirrored = mirrored ? &*mirrored : nullptr;
@@ -176,6 +180,7 @@ class Raster : public RasterBackend {
     frame.report.passes.insert(frame.report.passes.begin(),
                                {{"extract", extract_ms, 0, 0}, {"upload", upload_ms, 0, bytes}});
     if (knobs.sun_shadow == SunShadow::map) frame.report.work.push_back({"sun_map", sun_maps_.cast()});
+    if (rasterizer_->liquid_levels) frame.report.work.push_back({"liquid_levels", liquid_levels_.leaves().size()});
     if (blockers.any()) frame.report.work.push_back({"tinted_shadows", blockers.bytes()});
     frame.report.warnings = rasterizer_->device().warnings();
     for (const std::string& dropped : rasterizer_->triangles().dropped()) frame.report.warnings.push_back(dropped);
@@ -268,11 +273,13 @@ class Raster : public RasterBackend {
     };
     const bool fresh = !extracted_ || shapes_.kind() != knobs.proxy_shapes;
     TRY_STATUS(fresh ? shapes_.rebuild(view, knobs.proxy_shapes) : shapes_.update(view, dirty));
+    const std::vector<world::LeafPos> moved = liquid_levels_.follow(view, knobs.liquid_surface != LiquidSurface::full);
     extractor_.shapes = &shapes_;
+    extractor_.levels = &liquid_levels_;
     if (fresh || !(extractor_.knobs() == wanted()))
       extractor_.rebuild(view, wanted(), range_of(0));
-    else if (!dirty.empty())
-      extractor_.update(view, dirty);
+    else if (!dirty.empty() || !moved.empty())
+      extractor_.update(view, dirty, moved);
     extractor_.follow(view, range_of(0));
     // A camera in a cavity that was left out needs its faces, now and for the pictures that follow.
     if (extractor_.in_sealed_cavity(camera.position.voxel)) {
@@ -357,6 +364,7 @@ class Raster : public RasterBackend {
   std::unique_ptr<raster::Rasterizer> rasterizer_;
   std::vector<std::string> earlier_messages_;  // of devices that were lost
   ShapeExtractor shapes_;
+  LiquidLevels liquid_levels_;
   Extractor extractor_;
   CoarseLevels levels_;
   /// What the triangles on the device were made of.

@@ -103,6 +103,7 @@ SHARED_CONST uint kSpecMeshes = 12;           // bool: there are triangles, whic
 SHARED_CONST uint kSpecMeshPixels = 13;       // bool: pixels may see them
 SHARED_CONST uint kSpecTrianglesAlone = 14;   // bool: they stand for the voxels too: rays to lights meet nothing else
 SHARED_CONST uint kSpecTexelRays = 15;        // bool: rays of pixels are those of kBindRays, else of the constants
+SHARED_CONST uint kSpecLiquidLevels = 16;     // bool: some faces are of liquids that end within their voxels
 SHARED_CONST uint kSpecSkyModel = 32;         // bool: the sky of a time of day
 SHARED_CONST uint kSpecLuminaires = 33;       // bool
 SHARED_CONST uint kSpecMedia = 34;            // bool
@@ -174,7 +175,8 @@ SHARED uint region_hash(int x, int y, int z) {
 /// relative to the camera's voxel, as an int.
 /// With kSeenPlaced, an impostor's pixel whose ray doesn't meet that plane near the face: y = bits of the distance
 /// along the ray, whose component along the camera's direction is 1.
-SHARED_CONST uint kSeenFaceShift = 16u, kSeenLevelShift = 19u, kSeenPlaced = 1u << 23;
+/// Bits 24..27: of a liquid's top that lies below that plane how high in its voxel, in sixteenths; else 0.
+SHARED_CONST uint kSeenFaceShift = 16u, kSeenLevelShift = 19u, kSeenPlaced = 1u << 23, kSeenLiquidShift = 24u;
 
 SHARED uint seen_block(uint x) { return x & 0xffffu; }
 SHARED uint seen_face(uint x) { return (x >> kSeenFaceShift) & 7u; }

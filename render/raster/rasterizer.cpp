@@ -341,7 +341,8 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
                         mirrored,
                         selected ? &*selected : nullptr,
                         whole_mirror,
-                        sun_blockers_.any()};
+                        sun_blockers_.any(),
+                        liquid_levels};
   Frame frame;
   FrameReport& report = frame.report;
 

@@ -66,6 +66,8 @@ class Rasterizer {
   bool bare = false;
   /// Triangles stand for the voxels, of which there are no faces: rays to lights meet nothing else.
   bool triangles_alone = false;
+  /// Some liquid ends within its voxel: faces may be parts (render/extract/face_record.shared.h).
+  bool liquid_levels = false;
   /// The report says how many pixels cast a ray to the sun: sun_rays.
   bool counts_sun_rays = false;
   /// What is outlined in the picture.

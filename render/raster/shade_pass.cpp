@@ -54,6 +54,7 @@ std::vector<Constant> shading_constants(const Drawing& drawing) {
            knobs.sun_shadow == SunShadow::map ? static_cast<uint32_t>(std::max(knobs.sun_map_cascades, 0)) : 0},
           {kSpecSunBlockers, drawing.sun_blockers},
           {kSpecMeshes, !drawing.triangles.empty()},
+          {kSpecLiquidLevels, drawing.liquid_levels},
           {kSpecTrianglesAlone, drawing.triangles_alone}};
 }
 

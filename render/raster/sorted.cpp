@@ -7,8 +7,9 @@
 /// A face's distance is that of its middle from the eye's voxel, along the axes: for unit faces (merge_faces off) an
 /// exact order, as any ray crosses the grid's voxels in the order of that distance. Merged faces overlap in ways that
 /// no order of their middles gets right; what that costs is in the subject transparency_order. Faces of one distance
-/// never overlap where they are unit faces, and go into one pair of draws. error   of merged faces: the order.
-/// Refraction and reflections but of the sky are not drawn.
+/// never overlap where they are unit faces, and go into one pair of draws. Of liquids that end within their voxels the
+/// middles are those of what stands there, and the order is right but for walls seen along a slope. error   of merged
+/// faces: the order. Refraction and reflections but of the sky are not drawn.
 #include <algorithm>
 
 #include "render/raster/blend_state.h"
@@ -26,13 +27,22 @@ struct SortedRecord {
 };
 static_assert(sizeof(SortedRecord) == 16);
 
-/// Twice the distance of a face's middle from the middle of the eye's voxel, along the axes.
-uint32_t twice_distance(const FaceRecord& record, const ivec4& chunk) {
+/// The distance of a face's middle from the middle of the eye's voxel, along the axes, in parts of a voxel.
+constexpr int kParts = 2 * kFullLevel;
+uint32_t distance_in_parts(const FaceRecord& record, const ivec4& chunk) {
   const glm::uvec3 a = face_corner(record.word0, record.word1, 0), b = face_corner(record.word0, record.word1, 2);
-  uint32_t sum = 0;
-  for (int axis = 0; axis < 3; ++axis)
-    sum += static_cast<uint32_t>(std::abs(2 * chunk[axis] + static_cast<int>(a[axis] + b[axis]) - 1));
-  return sum;
+  uint64_t sum = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    int64_t middle = kFullLevel * static_cast<int64_t>(a[axis] + b[axis]);
+    if (axis == 1 && face_is_part(record.word0)) {
+      const auto top = static_cast<int64_t>(part_top(see_through_part_upper(record.word1)));
+      const bool lies = face_direction(record.word1) == world::kFacePosY;
+      middle = int64_t{kParts} * face_voxel(record.word0).y +
+               (lies ? 2 * top : top + static_cast<int64_t>(part_bottom(record.word0, record.word1)));
+    }
+    sum += static_cast<uint64_t>(std::abs(int64_t{kParts} * chunk[axis] + middle - kFullLevel));
+  }
+  return static_cast<uint32_t>(std::min<uint64_t>(sum, UINT32_MAX));
 }
 
 class SortedOrder : public LayerOrder {
@@ -128,7 +138,7 @@ class SortedOrder : public LayerOrder {
     records_.clear();
     for (uint32_t c = 0; c < draws.extracted.size(); ++c)
       for (const FaceRecord& r : draws.extracted[c]->records)
-        records_.push_back({r.word0, r.word1, c, twice_distance(r, draws.chunks[c])});
+        records_.push_back({r.word0, r.word1, c, distance_in_parts(r, draws.chunks[c])});
     std::stable_sort(records_.begin(), records_.end(),
                      [](const SortedRecord& a, const SortedRecord& b) { return a.distance > b.distance; });
     runs_.clear();

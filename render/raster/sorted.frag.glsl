@@ -25,9 +25,8 @@ void main() {
   vec3 passed = shares.passed;
   const vec3 absorption = layer_blocks[i.far].absorption.xyz;
   if ((!kAddsShown || kMedia) && absorption != vec3(0)) {
-    FacePoint at = face_point(0u, i.face, i.t * ray + picture.fraction.xyz, i.plane, -direction);
-    at.front[axis] += direction[axis] > 0.0 ? 1 : -1;
-    at.fraction[axis] = 1.0 - at.fraction[axis];
+    const FacePoint at =
+        stepped_beyond(face_point(0u, i.face, i.t * ray + picture.fraction.xyz, i.plane, -direction), i, direction);
     passed *= absorbed_along(absorption, run_length(at.front, at.fraction, direction, i.far));
   }
   if (kAddsShown) {

@@ -17,6 +17,7 @@ struct Interface {
   bool outside;           // the owner is what lies beyond
   uint face;              // the side that the eye sees
   int plane;              // relative to the camera's voxel
+  uint level;             // sixteenths that a liquid's top is high in its voxel below the plane; 0: it is on it
   float t;                // of the pixel's ray, whose component along the camera's direction is 1
 };
 
@@ -30,15 +31,16 @@ float seen_t(uvec2 seen, vec3 ray) {
 
 Interface interface_of(uint packed, int plane, vec3 ray) {
   Interface i;
-  const uint face = packed >> 13u & 7u, axis = face >> 1u, beyond = packed >> 16u;
-  i.owner = packed & 0x1fffu;
+  const uint face = packed >> 13u & 7u, axis = face >> 1u, beyond = packed >> 16u & 0xfffu;
+  i.owner = packed & 0xfffu;
   const bool up = ray[axis] > 0.0;
   i.outside = up != ((face & 1u) != 0u);
   i.near = i.outside ? beyond : i.owner;
   i.far = i.outside ? i.owner : beyond;
   i.face = 2u * axis + (up ? 0u : 1u);
   i.plane = plane;
-  i.t = plane_t(axis, plane, ray);
+  i.level = interface_level(packed);
+  i.t = level_plane_t(axis, plane, i.level, ray);
   return i;
 }
 
@@ -50,6 +52,27 @@ InterfaceShares shares_of(Interface i, vec3 direction) {
               n_far = layer_blocks[i.far].absorption.w, cosine = abs(direction[i.face >> 1u]);
   if (kLayerMatte) return interface_shares(layer_blocks[i.owner], n_eye, n_near, n_far, cosine);
   return dielectric_shares(n_eye, n_near, n_far, cosine);
+}
+
+/// Of a point in the voxel before the interface's face: where the ray comes into what lies beyond.
+FacePoint stepped_beyond(FacePoint at, Interface i, vec3 direction) {
+  const uint axis = i.face >> 1u;
+  const bool up = direction[axis] > 0.0;
+  at.front[axis] += up ? 1 : -1;
+  at.fraction[axis] = 1.0 - at.fraction[axis];
+  if (kLiquidLevels && i.level != 0u) {
+    if (up) --at.front.y;
+    at.fraction.y = float(i.level) / 16.0;
+  }
+  return at;
+}
+/// And where a ray that turns back there starts.
+FacePoint turned_back(FacePoint at, Interface i, vec3 direction) {
+  if (kLiquidLevels && i.level != 0u) {
+    if (direction.y < 0.0) --at.front.y;
+    at.fraction.y = float(i.level) / 16.0;
+  }
+  return at;
 }
 
 vec3 mirrored_direction(Interface i, vec3 direction) {

@@ -22,7 +22,7 @@ SHARED_CONST uint kBindLayerRest = 73;       // texture  weighted: absorption th
 SHARED_CONST uint kBindBlockRegions = 74;    // ivec4[]  grid of blocks: hash table, as kBindRegions
 SHARED_CONST uint kBindBlockLeaves = 75;     // uint[]   4096 a region: kBlockUniform | block, or place of its ids
 SHARED_CONST uint kBindBlockIds = 76;        // uint[]   256 a mixed leaf: two ids a word
-SHARED_CONST uint kBindBlockKinds = 77;      // uint[2n] by block: kind, or kKindSolid; 1 for a mirror
+SHARED_CONST uint kBindBlockKinds = 77;      // uint[2n] by code: kind, or kKindSolid; 1 for a mirror, kKind...Shift
 SHARED_CONST uint kBindBehind = 78;          // image    the picture without layers: what bent rays sample
 SHARED_CONST uint kBindMirrored = 79;        // float[]  planar: the picture from behind the mirror
 
@@ -33,6 +33,9 @@ SHARED_CONST uint kBindLayerDispatch = 82;  // uint[4]  lists: the dispatch over
 
 SHARED_CONST uint kBlockUniform = 0x80000000u;
 SHARED_CONST uint kKindSolid = 0xffffu;  // what no ray sees through; air has the kind 0
+/// Codes up to the palette's size are blocks' ids; those beyond stand for liquids that end within their voxels. Of each
+/// its level in sixteenths, or 0, and its block.
+SHARED_CONST uint kKindLevelShift = 1u, kKindBlockShift = 16u;
 
 SHARED_CONST uint kSpecCoveragePattern = 64;  // by order of CoveragePattern
 SHARED_CONST uint kSpecRefraction = 65;       // by order of Refraction
@@ -55,8 +58,12 @@ struct LayerConstants {
   vec4 mirror_x, mirror_y, mirror_w;  // rows of the mirrored camera's projection, of a direction in the world
 };
 
-/// An interface in a word: kind of the owner, direction of its face << 13, kind of what lies beyond << 16.
-SHARED uint packed_interface(uint owner, uint face, uint beyond) { return owner | face << 13u | beyond << 16u; }
+/// An interface in a word: kind of the owner, direction of its face << 13, kind of what lies beyond << 16, and of a
+/// liquid's top that lies lower than the plane how high in its voxel, in sixteenths, << 28; else 0.
+SHARED uint packed_interface(uint owner, uint face, uint beyond, uint level) {
+  return owner | face << 13u | beyond << 16u | level << 28u;
+}
+SHARED uint interface_level(uint packed) { return packed >> 28u; }
 
 #ifdef __cplusplus
 }  // namespace render::raster

@@ -26,14 +26,15 @@ void main() {
   const int u = axis == 2 ? 1 : 2, v = axis == 0 ? 1 : 0;
   const ivec3 voxel = chunks[chunk].xyz + ivec3(face_voxel(record.x));
   const int plane = voxel[axis] + (face & 1);
-  const float offset = float(plane) - picture.fraction[axis] - picture.fraction_rest[axis];
-  seen = uvec3(packed_interface(face_block(record.y), uint(face), record.y >> 19), uint(plane),
-               floatBitsToUint(offset));
+  const uint upper = see_through_part_upper(record.y), level = face == 3 ? upper : 0u;
+  const float offset = float(plane) - level_drop(level) - picture.fraction[axis] - picture.fraction_rest[axis];
+  seen = uvec3(packed_interface(see_through_kind(record.y), uint(face), see_through_beyond(record.y), level),
+               uint(plane), floatBitsToUint(offset));
 
   // From integers, so that the common edge of two faces has the same bits in both.
   const vec2 fraction = vec2(picture.fraction[u], picture.fraction[v]);
-  const vec2 low = vec2(voxel[u], voxel[v]) - fraction;
-  const vec2 high = vec2(voxel[u] + int(face_width(record.x)), voxel[v] + int(face_height(record.x))) - fraction;
+  vec2 low, high;
+  face_extent(record.x, record.y, upper, voxel[u], voxel[v], fraction, low, high);
   rectangle = vec4(low, high);
 
   const bool high_u = (gl_VertexIndex & 1) != 0, high_v = (gl_VertexIndex & 2) != 0;

@@ -76,6 +76,7 @@ world::Status TransparencyPass::fit(PassContext&) {
 
 void TransparencyPass::rest() {
   faces_.clear();
+  levels_ = {};
   pool_.clear();
   order_.reset();
   ordered_by_ = Transparency::opaque;
@@ -96,22 +97,39 @@ std::vector<world::LeafPos> TransparencyPass::follow(const Drawing& drawing) {
     merged_ = !drawing.knobs.merge_faces;
   }
   std::vector<world::LeafPos> dirty = store.take_dirty(subscriber_);
+  const std::vector<world::LeafPos> moved =
+      levels_.follow(drawing.view, drawing.knobs.liquid_surface != LiquidSurface::full);
+  if (!moved.empty()) {
+    dirty.insert(dirty.end(), moved.begin(), moved.end());
+    std::sort(dirty.begin(), dirty.end());
+    dirty.erase(std::unique(dirty.begin(), dirty.end()), dirty.end());
+  }
   if (merged_ != drawing.knobs.merge_faces)
-    faces_.rebuild(drawing.view, *kinds_, merged_ = drawing.knobs.merge_faces);
+    faces_.rebuild(drawing.view, *kinds_, merged_ = drawing.knobs.merge_faces, &levels_);
   else
-    faces_.update(drawing.view, *kinds_, dirty);
+    faces_.update(drawing.view, *kinds_, dirty, &levels_);
   return dirty;
 }
 
 world::Status TransparencyPass::follow_blocks(PassContext& context, const Drawing& drawing,
                                               std::span<const world::LeafPos> dirty, LayerConstants& constants) {
   const world::BlockPalette& palette = drawing.view.palette();
-  std::vector<uint32_t> kinds(2 * palette.size());
-  for (size_t id = 0; id < palette.size(); ++id) {
-    const auto block = static_cast<world::BlockId>(id);
+  std::vector<uint32_t> kinds;
+  const auto add = [&](world::BlockId block, uint32_t level) {
     const bool air = block == world::kAir || !palette[block].proxy.empty();  // a shape leaves its voxel open
-    kinds[2 * id] = air ? 0 : kinds_->contains(block) ? kinds_->kind(block) : kKindSolid;
-    kinds[2 * id + 1] = is_mirror(palette[block]) ? 1 : 0;
+    kinds.push_back(air ? 0 : kinds_->contains(block) ? kinds_->kind(block) : kKindSolid);
+    kinds.push_back((is_mirror(palette[block]) ? 1u : 0u) | level << kKindLevelShift |
+                    uint32_t{block} << kKindBlockShift);
+  };
+  for (size_t id = 0; id < palette.size(); ++id) add(static_cast<world::BlockId>(id), 0);
+  // Codes of liquids by level; of more than there are numbers for the last ones count as full.
+  const bool leveled = levels_.any();
+  std::vector<uint32_t> first_code(leveled ? palette.size() : 0);
+  for (size_t id = 0; id < first_code.size(); ++id) {
+    const auto block = static_cast<world::BlockId>(id);
+    if (palette[block].phase != world::Phase::liquid || kinds.size() / 2 + kFullLevel > 0xffff) continue;
+    first_code[id] = static_cast<uint32_t>(kinds.size() / 2) - 1;
+    for (uint32_t level = 1; level < kFullLevel; ++level) add(block, level);
   }
   TRY_STATUS(context.fill(block_kinds_, kinds.data(), kinds.size() * 4, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
   context.bindings.bind(kBindBlockKinds, block_kinds_);
@@ -122,9 +140,20 @@ world::Status TransparencyPass::follow_blocks(PassContext& context, const Drawin
       context.bindings.unbind(binding);
     return {};
   }
-  const bool whole = grid_store_ != store_;
+  const bool whole = grid_store_ != store_ || leveled != grid_has_levels_;
   grid_store_ = 0;  // until all is there
-  auto sent = grid_.follow(context.device, drawing.view, dirty, whole);
+  grid_has_levels_ = leveled;
+  BlockGrid::CodeLeaf code;
+  if (leveled)
+    code = [&](world::StoreReader&, world::LeafPos leaf, const world::LeafBlocks& of, BlockGrid::LeafCodes& codes) {
+      const LiquidLevels::Leaf* const levels = levels_.leaf(leaf);
+      for (size_t i = 0; i < codes.size(); ++i) {
+        codes[i] = of[static_cast<int>(i)];
+        const uint32_t level = levels ? (*levels)[i] : uint32_t{kFullLevel};
+        if (level < kFullLevel && first_code[codes[i]]) codes[i] = static_cast<uint16_t>(first_code[codes[i]] + level);
+      }
+    };
+  auto sent = grid_.follow(context.device, drawing.view, dirty, whole, code);
   if (!sent.ok()) return sent.error();
   grid_store_ = store_;
   const world::RegionPos low = grid_.min_region(), high = grid_.max_region();
@@ -220,7 +249,8 @@ world::Status TransparencyPass::prepare(PassContext& context, const Drawing& dra
   TRY_STATUS(context.fill(chunks_, draws_.chunks.data(), draws_.chunks.size() * sizeof(ivec4),
                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
   LayerConstants constants{};
-  constants.eye.x = kinds_->kind(drawing.view.store().get(drawing.camera.position.voxel));
+  const world::WorldPoint& eye = drawing.camera.position;
+  constants.eye.x = levels_.above_surface(eye) ? 0 : kinds_->kind(drawing.view.store().get(eye.voxel));
   constants.mirror.x = -1;
   // The vertex shader names both ways to read records; an order binds what it draws.
   context.bindings.bind(kBindLayerFaces, blocks_);

@@ -88,7 +88,9 @@ class TransparencyPass : public Pass {
   bool fits_ = false, merged_ = true;
   uint64_t store_ = 0;  // identity of the world that was extracted; 0: none
   int subscriber_ = 0;
+  LiquidLevels levels_;
   BlockGrid grid_;
+  bool grid_has_levels_ = false;
   uint64_t grid_store_ = 0;  // identity of the world that it holds; 0: none, or behind
   gpu::Buffer indices_, chunks_, blocks_, constants_, block_kinds_;
   uint32_t indexed_records_ = 0;

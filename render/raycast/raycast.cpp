@@ -69,9 +69,9 @@ class Picture {
   Picture(const world::WorldView& view, const SkyView& sky, const RayStream& occupied,
           const world::ParallelRays& sun_rays, const MaskWalker& opaque, const world::StoreContours::Followed* contours,
           const world::BlockShapes* shapes, const SeeThroughKinds* kinds, const SurfaceLight& light,
-          const SunMaps& sun_maps, const LightBlockers* blockers, const TextureSet& textures,
-          std::span<const shared::DrawnBox> boxes, const Camera& camera, const RenderKnobs& knobs, int width,
-          int height, Image& image)
+          const LiquidLevels* levels, const SunMaps& sun_maps, const LightBlockers* blockers,
+          const TextureSet& textures, std::span<const shared::DrawnBox> boxes, const Camera& camera,
+          const RenderKnobs& knobs, int width, int height, Image& image)
       : view_(view),
         sky_(sky),
         camera_(camera.position),
@@ -83,6 +83,7 @@ class Picture {
         opaque_(opaque),
         shading_(sky, view.palette()),
         light_(light),
+        levels_(levels),
         sun_maps_(sun_maps),
         textures_(textures.empty() ? nullptr : &textures),
         boxes_(boxes),
@@ -144,7 +145,7 @@ class Picture {
     bool sunlit[kMost];
     float sun[kMost];  // the part of its light that arrives on faces
     Rgb tint[kMost];   // where there are blockers: of that, by what it came through
-    LeafCache blocks(reader);
+    LeafCache blocks(reader, levels_);
     thread_local Layers layers;
     layers.clear();
 
@@ -349,11 +350,15 @@ class Picture {
   void go_straight(const GridRay* rays, GridHit* hits, ProxyHit* on_shape, int count, LeafCache& blocks,
                    Layers& layers) const {
     const BlockId eye = inside_ ? blocks.get(camera_.voxel) : world::kAir;
+    // In a liquid's voxel the eye may be in the air above it.
+    const bool by_surface = blocks.level(camera_.voxel) < kFullLevel;
+    const bool in_air = by_surface && levels_->above_surface(camera_);
     for (int i = 0; i < count; ++i) {
-      BlockId medium = kinds_->contains(eye) ? eye : world::kAir;
+      BlockId medium = kinds_->contains(eye) && !in_air ? eye : world::kAir;
       WalkPlace place{camera_.voxel, 0, -1};
-      if (medium == world::kAir) {
-        if (!hits[i].hit() || on_shape[i].part != kNoPart || !kinds_->contains(blocks.get(hits[i].voxel))) continue;
+      if (medium == world::kAir && !by_surface) {
+        if (!hits[i].hit() || on_shape[i].part != kNoPart) continue;
+        if (!kinds_->contains(blocks.get(hits[i].voxel)) && blocks.level(hits[i].voxel) == kFullLevel) continue;
         place = {hits[i].voxel, hits[i].t, world::face_axis(hits[i].face)};
       }
       double t_limit = rays[i].t_max;
@@ -488,7 +493,9 @@ class Picture {
     for (int i = 0; i < count; ++i) {
       if (!hits[i].hit() || (on_shape[i].part == kNoPart && !shading_.sun_faces[hits[i].face])) continue;
       pixel[sent] = i;
-      to_sun[sent++] = ray_to_sun(rays[i], hits[i], on_shape[i]);
+      GridRay& ray = to_sun[sent++] = ray_to_sun(rays[i], hits[i], on_shape[i]);
+      // A face over a liquid that counts as a whole voxel in the grid is seen by the sun from above that.
+      if (levels_ && on_shape[i].part == kNoPart && opaque_.volume().test(ray.voxel)) ++ray.voxel.y, ray.fraction.y = 0;
     }
     sun_rays_.any_set({to_sun, sent}, {blocked, sent});
     for (size_t k = 0; k < sent; ++k) sunlit[pixel[k]] = !blocked[k];
@@ -518,6 +525,7 @@ class Picture {
   const MaskWalker &occupied_, &opaque_;
   Shading shading_;
   const SurfaceLight& light_;
+  const LiquidLevels* levels_;  // null: all liquids are full
   const SunMaps& sun_maps_;
   const TextureSet* textures_;  // null: all blocks are even
   std::span<const shared::DrawnBox> boxes_;
@@ -596,6 +604,8 @@ class RaycastBackend : public Backend {
       cubes = hiding_cubes(view.palette(), *light_kinds, drawn);
       blockers.emplace(LightBlockers{occupied.walker(), *light_kinds, cubes, drawn});
     }
+    levels_.follow(view, knobs.liquid_surface != LiquidSurface::full && !contours);
+    if (levels_.any() && !kinds) kinds.emplace(SeeThroughKinds::none(view.palette()));
     TRY_STATUS(check_light(light, knobs));
     TRY_STATUS(textures_.follow(view.palette(), knobs));
     light_.follow(view, light, knobs.light_model);
@@ -604,9 +614,9 @@ class RaycastBackend : public Backend {
     bodies.particles = {};
     const DrawnInhabitants boxes = drawn_inhabitants(view, bodies, camera, knobs, width, height);
     const Picture picture(view, sky, occupied, sun_rays, opaque.walker(), contours,
-                          any_shape && !contours ? &shapes : nullptr, kinds ? &*kinds : nullptr, light_, sun_maps_,
-                          blockers ? &*blockers : nullptr, textures_, boxes.boxes, camera, knobs, width, height,
-                          frame.image);
+                          any_shape && !contours ? &shapes : nullptr, kinds ? &*kinds : nullptr, light_,
+                          levels_.any() ? &levels_ : nullptr, sun_maps_, blockers ? &*blockers : nullptr, textures_,
+                          boxes.boxes, camera, knobs, width, height, frame.image);
     const double prepare_ms = ms_since(start);
     Spent total;
     std::mutex adding;
@@ -625,6 +635,7 @@ class RaycastBackend : public Backend {
     report.passes = {{"prepare", prepare_ms, 0, rays_.bytes() + contours_.bytes() + light_.bytes() + sun_maps_.bytes()},
                      {"primary", total.primary_ms * share}};
     if (total.light_walks) report.work.push_back({"tinted_shadows", total.light_walks});
+    if (levels_.any()) report.work.push_back({"liquid_levels", levels_.leaves().size()});
     if (knobs.sun_shadow == SunShadow::map) report.work.push_back({"sun_map", sun_maps_.cast()});
     if (knobs.sun_shadow == SunShadow::ray) report.passes.push_back({"sun_shadow", total.shadow_ms * share});
     report.passes.push_back({"shade", total.shade_ms * share});
@@ -637,6 +648,7 @@ class RaycastBackend : public Backend {
   world::StoreRays rays_;
   world::StoreContours contours_;
   SurfaceLight light_;
+  LiquidLevels levels_;
   SunMaps sun_maps_;
   std::shared_ptr<const world::SkyLight> sky_light_;
   TextureSet textures_;

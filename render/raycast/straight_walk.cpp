@@ -15,7 +15,7 @@ GridHit walk_straight(const GridRay& ray, const MaskWalker& occupied, const SeeT
   const auto hit_at = [&] {
     return GridHit{WalkEnd::hit, place.voxel, entered_face(place.axis, axes.upwards[place.axis] != 0), place.t};
   };
-  bool at_change = place.axis >= 0;
+  bool at_change = place.axis >= 0 || blocks.level(place.voxel) < kFullLevel;
   for (;;) {
     // On to the next change of block. A voxel of a shape is air.
     while (!at_change) {
@@ -23,12 +23,39 @@ GridHit walk_straight(const GridRay& ray, const MaskWalker& occupied, const SeeT
         if (!occupied.find(axes, place, t_limit)) return nothing;
         break;
       }
-      const bool uniform = medium != kAir && !blocks.leaf(place.voxel).values;
+      const bool uniform = medium != kAir && blocks.uniform(place.voxel);
       if (!mask_walk::leave_cube(axes, place, uniform ? 7 : 0, t_limit)) return nothing;
-      at_change = blocks.get(place.voxel) != medium;
+      at_change = blocks.get(place.voxel) != medium || blocks.level(place.voxel) < kFullLevel;
     }
     at_change = false;
     const BlockId block = blocks.get(place.voxel);
+    if (const int level = blocks.level(place.voxel); level < kFullLevel) {
+      // In at a side, a bottom or the air above, and on through the surface.
+      const LevelCrossing surface(ray, place.voxel, level);
+      const auto pass_into = [&](BlockId next, const GridHit& at) {
+        if (next == medium) return true;
+        if (next != kAir && !kinds.contains(next)) return false;
+        layers.push_back({at, kinds.kind(medium), kinds.kind(next), next > medium});
+        medium = next;
+        return true;
+      };
+      if (place.axis >= 0 && !pass_into(surface.in_liquid(place.t, place.axis) ? block : kAir, hit_at()))
+        return hit_at();
+      WalkPlace next = place;
+      const bool leaves = mask_walk::leave_cube(axes, next, 0, t_limit);
+      const bool crosses = !surface.crossed(place.t, place.axis) && surface.t() <= t_limit &&
+                           (!leaves || surface.crossed(next.t, next.axis));
+      if (crosses) {
+        // As a crossing of the plane of the grid above.
+        GridHit at{WalkEnd::hit, place.voxel, kFacePosY, surface.t()};
+        if (surface.rises()) ++at.voxel.y, at.face = kFaceNegY;
+        if (!pass_into(surface.rises() ? kAir : block, at)) return at;
+      }
+      if (!leaves) return nothing;
+      place = next;
+      at_change = true;
+      continue;
+    }
     GridHit on_shape;
     const ShapeMeeting meeting = block == kAir ? ShapeMeeting::none : meet_shape(place, block, on_shape);
     const BlockId next = meeting == ShapeMeeting::none ? block : kAir;

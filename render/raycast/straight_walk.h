@@ -2,7 +2,7 @@
 /// rasterizer's lists (render/raster/lists.h), by the formulas of render/see_through.shared.h.
 ///
 /// A ray walks empty space by the masks, and within a see-through block voxel by voxel, or leaf by leaf where a leaf is
-/// all of one block, as long as the block stays the same.
+/// all of one block, as long as the block stays the same. Where a liquid ends within its voxel, above it is air.
 /// error  none beyond double rounding of the ray, and float in the formulas
 #pragma once
 
@@ -11,6 +11,7 @@
 #include "render/image/image.h"
 #include "render/image/blend.h"
 #include "render/knobs.h"
+#include "render/liquid_levels.h"
 #include "render/see_through.h"
 #include "world/base/function_ref.h"
 #include "world/store/mask_walk.h"
@@ -21,16 +22,30 @@ namespace render {
 /// Blocks of the leaf last asked for.
 class LeafCache {
  public:
-  explicit LeafCache(world::StoreReader& reader) : reader_(&reader) {}
+  /// levels: null: all liquids are full.
+  explicit LeafCache(world::StoreReader& reader, const LiquidLevels* levels = nullptr)
+      : reader_(&reader), levels_(levels) {}
   const world::LeafBlocks& leaf(world::VoxelPos v) {
     const world::LeafPos leaf = leaf_from_voxel(v);
-    if (leaf != pos_) pos_ = leaf, blocks_ = reader_->leaf(leaf);
+    if (leaf != pos_) {
+      pos_ = leaf, blocks_ = reader_->leaf(leaf);
+      if (levels_) leaf_levels_ = levels_->leaf(leaf);
+    }
     return blocks_;
   }
   world::BlockId get(world::VoxelPos v) { return leaf(v)[index_in_leaf(v)]; }
+  /// Whether all of the leaf is the same, levels too.
+  bool uniform(world::VoxelPos v) { return !leaf(v).values && !leaf_levels_; }
+  int level(world::VoxelPos v) {
+    if (!levels_) return kFullLevel;
+    leaf(v);
+    return leaf_levels_ ? (*leaf_levels_)[static_cast<size_t>(index_in_leaf(v))] : kFullLevel;
+  }
 
  private:
   world::StoreReader* reader_;
+  const LiquidLevels* levels_;
+  const LiquidLevels::Leaf* leaf_levels_ = nullptr;
   world::LeafPos pos_{INT32_MAX, 0, 0};
   world::LeafBlocks blocks_{};
 };

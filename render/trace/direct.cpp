@@ -50,9 +50,6 @@ Vec3d one_light(Transport& t, LightTarget target, int samples, bool shadows, con
   return sum / double(samples);
 }
 
-/// The kind of the see-through block that a ray is in; 0: none.
-uint16_t kind_at(Transport& t, world::VoxelPos voxel) { return t.shared.see_through->kind(t.tracer.block(voxel)); }
-
 /// What the camera looks straight through, front to back.
 struct Layers {
   shared::StraightView view = shared::start_of_view();
@@ -69,7 +66,7 @@ bool meet_layer(Transport& t, Layers& layers, const Surface& s, const Vec3d& dir
   if (!t.shared.see_through || s.kind != SurfaceKind::voxel || !t.shared.see_through->contains(s.block)) return false;
   const SeeThroughKinds& kinds = *t.shared.see_through;
   const uint32_t pattern = static_cast<uint32_t>(t.knobs().coverage_pattern);
-  const uint16_t far = s.inside ? kind_at(t, s.behind) : kinds.kind(s.block);
+  const uint16_t far = kinds.kind(s.beyond);
   const shared::SeeThroughBlock &owner = kinds.of(s.block), &near_block = kinds.blocks()[layers.medium];
   const int axis = world::face_axis(s.face);
   const shared::InterfaceShares shares =
@@ -109,7 +106,7 @@ Vec3d first_surface(Transport& t, TraceRay ray, Shade shade) {
   const double t_most = ray.ray.t_max;
   const Vec3d direction = ray.ray.direction;
   Layers layers;
-  if (t.shared.see_through) layers.eye = layers.medium = kind_at(t, ray.ray.voxel);
+  if (t.shared.see_through) layers.eye = layers.medium = t.shared.see_through->kind(t.tracer.block_of(ray.ray));
   FogView fog;
   for (;;) {
     const Vec3f absorption = t.tracer.absorption(ray);

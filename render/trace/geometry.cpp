@@ -78,6 +78,7 @@ TraceRay Surface::spawn(const Vec3f& direction) const {
   if (kind == SurfaceKind::voxel) {
     next.ray.voxel = through ? behind : front;
     next.ray.fraction = point;
+    if (height > 0) return next;
     const int axis = world::face_axis(face);
     if (through) next.ray.fraction[axis] = 1 - point[axis];  // the same plane, from the voxel beyond
     return next;
@@ -118,9 +119,11 @@ world::Result<TraceScene> TraceScene::build(const world::WorldView& view, uint32
   return build(view, gloss, view.environment());
 }
 
-world::Result<TraceScene> TraceScene::build(const world::WorldView& view, uint32_t gloss, const SkyView& sky) {
+world::Result<TraceScene> TraceScene::build(const world::WorldView& view, uint32_t gloss, const SkyView& sky,
+                                            LiquidSurface liquids) {
   TRY_STATUS(check_bsdfs(view.palette()));
   TraceScene scene(view, gloss, sky);
+  scene.levels_.follow(view, liquids != LiquidSurface::full);
   TRY(scene.shapes_, world::block_shapes(view.palette()));
   TRY(scene.meshes_, MeshScene::build(view.world()));
   scene.add_materials();
@@ -263,14 +266,47 @@ Tracer::Tracer(const TraceScene& scene) : scene_(&scene), reader_(scene.view().s
 
 const world::LeafBlocks& Tracer::leaf(VoxelPos voxel) {
   const world::LeafPos pos = leaf_from_voxel(voxel);
-  if (pos != leaf_pos_) leaf_pos_ = pos, leaf_ = reader_.leaf(pos);
+  if (pos != leaf_pos_) {
+    leaf_pos_ = pos, leaf_ = reader_.leaf(pos);
+    leaf_levels_ = scene_->liquid_levels().leaf(pos);
+  }
   return leaf_;
+}
+
+int Tracer::level(VoxelPos voxel) {
+  if (!scene_->liquid_levels().any()) return kFullLevel;
+  leaf(voxel);
+  return leaf_levels_ ? (*leaf_levels_)[static_cast<size_t>(index_in_leaf(voxel))] : kFullLevel;
+}
+
+BlockId Tracer::block_on(const GridRay& ray, const WalkPlace& place) {
+  const int high = level(place.voxel);
+  if (high < kFullLevel && !LevelCrossing(ray, place.voxel, high).in_liquid(place.t, place.axis)) return kAir;
+  return block(place.voxel);
+}
+
+/// From `place`, in a voxel whose liquid ends within it, through the surface or into the next voxel.
+bool Tracer::next_in_voxel(const GridAxes& axes, const GridRay& ray, WalkPlace& place, double t_limit, BlockId from,
+                           BlockId& to) {
+  const LevelCrossing surface(ray, place.voxel, level(place.voxel));
+  WalkPlace next = place;
+  const bool leaves = world::mask_walk::leave_cube(axes, next, 0, t_limit);
+  if (!surface.crossed(place.t, place.axis) && surface.t() <= t_limit &&
+      (!leaves || surface.crossed(next.t, next.axis))) {
+    to = from == kAir ? block(place.voxel) : kAir;
+    place.t = surface.t(), place.axis = 1;
+    return true;
+  }
+  if (!leaves) return false;
+  place = next;
+  to = block_on(ray, place);
+  return true;
 }
 
 BlockId Tracer::block(VoxelPos voxel) { return leaf(voxel)[index_in_leaf(voxel)]; }
 
-bool Tracer::in_solid(VoxelPos voxel) {
-  const BlockId id = block(voxel);
+bool Tracer::in_solid(const GridRay& ray) {
+  const BlockId id = block_of(ray);
   return id != kAir && !scene_->shape(id) && !scene_->materials()[id].transmits;
 }
 
@@ -282,10 +318,10 @@ bool Tracer::next_change(const GridAxes& axes, WalkPlace& place, double& t_limit
     return true;
   }
   do {
-    if (!world::mask_walk::leave_cube(axes, place, leaf(place.voxel).values ? 0 : world::kLeafSize - 1, t_limit))
-      return false;
+    const bool uniform = !leaf(place.voxel).values && !leaf_levels_;
+    if (!world::mask_walk::leave_cube(axes, place, uniform ? world::kLeafSize - 1 : 0, t_limit)) return false;
     to = block(place.voxel);
-  } while (to == from);
+  } while (to == from && level(place.voxel) == kFullLevel);
   return true;
 }
 
@@ -317,15 +353,27 @@ void Tracer::meet_grid(const TraceRay& r, Surface& s) {
   const GridAxes axes(r.ray);
   WalkPlace place{r.ray.voxel, 0, -1};
   double t_limit = std::min(r.ray.t_max, std::numeric_limits<double>::max());
-  BlockId from = block(r.ray.voxel), to = kAir;
+  BlockId from = block_on(r.ray, place), to = kAir;
   int from_part = r.from_part;
+  VoxelPos within;  // the voxel whose liquid's top was met
+  bool on_top = false;
   for (;; from = to, from_part = kNoPart) {
-    if (scene_->shape(from)) {
+    const int high = level(place.voxel);
+    on_top = false;
+    if (high < kFullLevel) {
+      within = place.voxel;
+      const double t = place.t;
+      const int axis = place.axis;
+      if (!next_in_voxel(axes, r.ray, place, t_limit, from, to)) return;
+      on_top = place.voxel == within && (place.t != t || place.axis != axis);
+    } else if (scene_->shape(from)) {
       if (meet_shape(r, place.voxel, from, t_limit, from_part, s)) return;
       if (!world::mask_walk::leave_cube(axes, place, 0, t_limit)) return;
-      to = block(place.voxel);
+      to = block_on(r.ray, place);
     } else if (!next_change(axes, place, t_limit, from, to)) {
       return;
+    } else {
+      to = block_on(r.ray, place);
     }
     if (scene_->face_between(from, to) != TraceScene::FaceOf::neither) break;
   }
@@ -336,14 +384,16 @@ void Tracer::meet_grid(const TraceRay& r, Surface& s) {
   s.t = place.t;
   s.block = leaves ? from : to;
   s.inside = leaves;
+  s.beyond = to;
   s.face = world::entered_face(place.axis, axes.upwards[place.axis] != 0);
   s.behind = place.voxel;
-  s.front = place.voxel + world::face_step(s.face);
+  s.front = on_top ? place.voxel : place.voxel + world::face_step(s.face);
   const Vec3d from_corner = difference(s.front, r.ray.voxel);
   for (int a = 0; a < 3; ++a) {
     const double offset = r.ray.fraction[a] + place.t * r.ray.direction[a] - from_corner[a];
     s.point[a] = a == place.axis ? (world::face_sign(s.face) > 0 ? 0.0 : 1.0) : std::clamp(offset, 0.0, 1.0);
   }
+  if (on_top) s.point.y = s.height = double(level(place.voxel)) / kFullLevel;
   s.normal = Vec3f(0);
   s.normal[place.axis] = static_cast<float>(world::face_sign(s.face));
   s.shading_normal = s.normal;
@@ -395,7 +445,8 @@ void Tracer::meet_meshes(const TraceRay& r, std::vector<Crossing>& crossings, Su
     at.bsdf = scene_->materials()[at.block].bsdf;
     WorldPoint corner;
     corner.voxel = ray.voxel;
-    const BlockId outside = block((corner + hit.point).voxel);
+    const WorldPoint point = corner + hit.point;
+    const BlockId outside = scene_->liquid_levels().above_surface(point) ? kAir : block(point.voxel);
     at.parameters = scene_->parameters(at.block, scene_->materials()[outside].index, inside);
     at.emission = inside ? Vec3f(0) : scene_->instances()[hit.instance].emission;
     s = at;
@@ -436,7 +487,7 @@ Vec3f Tracer::absorption(const TraceRay& ray) {
     if (!mesh.null_surface && scene_->materials()[mesh.block_id].transmits)
       return scene_->materials()[mesh.block_id].absorption;
   }
-  const BlockId start = block(ray.ray.voxel);
+  const BlockId start = block_of(ray.ray);
   return start != kAir && !scene_->shape(start) && scene_->materials()[start].transmits
              ? scene_->materials()[start].absorption
              : Vec3f(0);

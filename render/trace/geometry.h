@@ -12,6 +12,9 @@
 /// A block that has a shape (render/trace/proxies.h) is air with that shape in it: solid boxes of its material, and
 /// sheets seen from both sides. Its emission is spread evenly over the shape.
 ///
+/// Where a liquid ends within its voxel (render/liquid_levels.h), what is above it there is air: its top is a face of
+/// the voxel that lies lower, `front` and `behind` are both that voxel, and `height` says how high it is.
+///
 /// A luminaire is seen from its emitting side and ends a ray there; from behind it isn't there. One on a face of a
 /// voxel lies before that face: its distance counts as smaller by 1e-4 of itself.
 ///
@@ -25,6 +28,8 @@
 #include <vector>
 
 #include "render/bsdf/bsdf.h"
+#include "render/knobs.h"
+#include "render/liquid_levels.h"
 #include "render/sky_view.h"
 #include "render/trace/grid_caster.h"
 #include "render/trace/mesh_scene.h"
@@ -78,15 +83,17 @@ struct Surface {
   double t = world::kInfinity;
   world::VoxelPos front,
       behind;                 // of a voxel's face: on this side and beyond. Of a mesh, front is where `point` counts
+  double height = 0;          // of a liquid's top that lies within the voxel; else 0
   Vec3d point{0};             // from the corner of front
   Vec3d error{0};             // of a mesh's point, on each axis
   int face = world::kNoFace;  // of `behind`, where that is a voxel's
   uint32_t index = 0;         // mesh: the instance; luminaire: into TraceScene::luminaires
   uint32_t triangle = 0;      // of a mesh
   int part = kNoPart;         // of a shape
-  world::BlockId block = world::kAir;  // whose surface it is
-  bool inside = false;                 // the ray comes from within that block or mesh
-  Vec3f normal{0}, shading_normal{0};  // unit, on the side that the ray comes from
+  world::BlockId block = world::kAir;   // whose surface it is
+  bool inside = false;                  // the ray comes from within that block or mesh
+  world::BlockId beyond = world::kAir;  // of a voxel's face: what the ray would come into
+  Vec3f normal{0}, shading_normal{0};   // unit, on the side that the ray comes from
   const Bsdf* bsdf = nullptr;
   BsdfParameters parameters{};
   float texture = 1;        // what a texture has multiplied the matte part of the parameters by
@@ -129,8 +136,9 @@ class TraceScene {
  public:
   /// `gloss`: which lobe glossy surfaces have, as of bsdf_parameters().
   static world::Result<TraceScene> build(const world::WorldView& view, uint32_t gloss = shared::kGlossFresnel);
-  /// With another sky than the world's.
-  static world::Result<TraceScene> build(const world::WorldView& view, uint32_t gloss, const SkyView& sky);
+  /// With another sky than the world's. liquids: as high as they are, or all full.
+  static world::Result<TraceScene> build(const world::WorldView& view, uint32_t gloss, const SkyView& sky,
+                                         LiquidSurface liquids = LiquidSurface::level);
 
   struct Material {
     const Bsdf* bsdf = nullptr;
@@ -173,6 +181,7 @@ class TraceScene {
   /// What stands in a block's voxels; null: the cube.
   const world::Proxy* shape(world::BlockId block) const { return shapes_.shape[block]; }
   const world::BlockShapes& shapes() const { return shapes_; }
+  const LiquidLevels& liquid_levels() const { return levels_; }
   /// BSDF parameters of a surface towards any other medium.
   BsdfParameters parameters(world::BlockId block, float index_other, bool inside) const;
   /// Bytes that media, meshes and luminaires made the scene keep.
@@ -195,6 +204,7 @@ class TraceScene {
   GridCaster grid_;
   MeshScene meshes_;
   world::BlockShapes shapes_;
+  LiquidLevels levels_;
   std::vector<Material> materials_;
   std::vector<Instance> instances_;
   std::vector<SceneLuminaire> luminaires_;
@@ -236,8 +246,10 @@ class Tracer {
   /// 1/m along a ray that starts so, up to its first surface.
   Vec3f absorption(const TraceRay& ray);
   world::BlockId block(world::VoxelPos voxel);
-  /// Whether the voxel is filled by a block that lets no light through.
-  bool in_solid(world::VoxelPos voxel);
+  /// The block that a ray starts in: air above a liquid that ends within its voxel.
+  world::BlockId block_of(const world::GridRay& ray) { return block_on(ray, {ray.voxel, 0, -1}); }
+  /// Whether a ray starts in a block that lets no light through.
+  bool in_solid(const world::GridRay& ray);
   /// The mesh instances around a point: those that a ray from it leaves more often than it enters.
   MeshesAround around(const world::WorldPoint& point);
 
@@ -253,11 +265,17 @@ class Tracer {
   void meet_meshes(const TraceRay& ray, std::vector<Crossing>& crossings, Surface& surface);
   void meet_luminaires(const TraceRay& ray, uint32_t not_this, Surface& surface);
   const world::LeafBlocks& leaf(world::VoxelPos voxel);
+  int level(world::VoxelPos voxel);
+  /// The block at a place of a ray: of the voxel, or air above a liquid that ends within it.
+  world::BlockId block_on(const world::GridRay& ray, const world::WalkPlace& place);
+  bool next_in_voxel(const world::GridAxes& axes, const world::GridRay& ray, world::WalkPlace& place, double t_limit,
+                     world::BlockId from, world::BlockId& to);
 
   const TraceScene* scene_;
   world::StoreReader reader_;
   world::LeafPos leaf_pos_{INT32_MAX, 0, 0};
   world::LeafBlocks leaf_{};
+  const LiquidLevels::Leaf* leaf_levels_ = nullptr;
 };
 
 }  // namespace render

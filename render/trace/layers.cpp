@@ -27,9 +27,9 @@ uint32_t id_of(const Surface& s) {
 
 }  // namespace
 
-world::Status draw_layers(const world::WorldView& view, const Camera& camera, double view_distance,
+world::Status draw_layers(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs,
                           const Framebuffer& out) {
-  TRY(const TraceScene scene, TraceScene::build(view));
+  TRY(const TraceScene scene, TraceScene::build(view, shared::kGlossFresnel, view.environment(), knobs.liquid_surface));
   const PixelRays rays(camera, out.width(), out.height());
   const MeshesAround around = Tracer(scene).around(camera.position);
   PixelBuffer *depth = out[BufferKind::depth], *normal = out[BufferKind::normal], *id = out[BufferKind::material];
@@ -42,7 +42,7 @@ world::Status draw_layers(const world::WorldView& view, const Camera& camera, do
         const double length = glm::length(direction);
         TraceRay ray;
         ray.ray = world::GridRay(camera.position, direction / length);
-        ray.ray.t_max = view_distance;
+        ray.ray.t_max = knobs.view_distance;
         ray.around = around;
         const Surface s = tracer.intersect(ray, crossings);
         // Per unit of depth a ray is `length` long.
@@ -62,7 +62,7 @@ world::Status finish_traced(const world::WorldView& view, const Inhabitants& inh
     PixelBuffer depth(PixelFormat::d32, width, height);
     Framebuffer buffers;
     TRY_STATUS(buffers.attach(BufferKind::depth, depth));
-    TRY_STATUS(draw_layers(view, camera, knobs.view_distance, buffers));
+    TRY_STATUS(draw_layers(view, camera, knobs, buffers));
     const PixelRays rays(camera, width, height);
     std::vector<float> distances(frame.image.pixels.size());
     for (int y = 0; y < height; ++y)

@@ -17,7 +17,7 @@ constexpr uint32_t kMeshIds = 0x10000, kLuminaireIds = 0x20000;
 ///   depth     metres along the camera's axis (d32), infinity where there is no surface
 ///   normal    of the surface, on the side that is seen; 0 0 0 in float32 where there is none
 ///   material  the block's id; kMeshIds + instance, kLuminaireIds + luminaire
-world::Status draw_layers(const world::WorldView& view, const Camera& camera, double view_distance,
+world::Status draw_layers(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs,
                           const Framebuffer& out);
 
 /// The end of a picture by rays: bodies and particles over it, then the effects. `bodies_drawn`: it has them already.

@@ -32,9 +32,9 @@ void follow(Transport& t, const LightPhoton& sent, RandomStream& random, std::ve
   ray.ray = world::GridRay(sent.origin, Vec3d(sent.direction));
   if (!ray.ray.valid()) return;
   // A light within solid matter is dark (hard case S5); one that lies on its surface begins before it.
-  if (t.tracer.in_solid(ray.ray.voxel)) {
+  if (t.tracer.in_solid(ray.ray)) {
     ray.ray = world::GridRay(sent.origin + kLuminaireTolerance * Vec3d(sent.direction), Vec3d(sent.direction));
-    if (t.tracer.in_solid(ray.ray.voxel)) return;
+    if (t.tracer.in_solid(ray.ray)) return;
   }
   ray.around = t.tracer.around(sent.origin);
   LightTarget source = sent.source;

@@ -234,7 +234,8 @@ world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& c
   const Clock::time_point start = Clock::now();
   std::shared_ptr<const world::SkyLight> made;
   TRY(const SkyView sky, sky_view(view.environment(), knobs, made));
-  TRY(const TraceScene scene, TraceScene::build(view, static_cast<uint32_t>(knobs.gloss_lobe), sky));
+  TRY(const TraceScene scene,
+      TraceScene::build(view, static_cast<uint32_t>(knobs.gloss_lobe), sky, knobs.liquid_surface));
   TextureSet textures;
   TRY_STATUS(textures.follow(view.palette(), knobs));
   const LightSet lights = LightSet::build(scene, knobs.light_transport == LightTransport::photons);

@@ -109,7 +109,7 @@ Arrival Transport::arrival(TraceRay ray, const LightSample& light, ShadowTrackin
   // Where the eye looks straight through blocks, so does the sun.
   const SeeThroughKinds* const straight =
       knobs().tinted_shadows && target.kind == LightKind::sun ? shared.see_through : nullptr;
-  uint16_t medium = straight ? straight->kind(tracer.block(ray.ray.voxel)) : 0;
+  uint16_t medium = straight ? straight->kind(tracer.block_of(ray.ray)) : 0;
   double left = light.distance;
   for (;;) {
     // A face or triangle is known by its name; a point of a luminaire only by its distance.
@@ -127,7 +127,7 @@ Arrival Transport::arrival(TraceRay ray, const LightSample& light, ShadowTrackin
     if (!reached) {
       const bool layer = straight && s.kind == SurfaceKind::voxel && straight->contains(s.block);
       const uint16_t near = medium;
-      if (layer) medium = s.inside ? straight->kind(tracer.block(s.behind)) : straight->kind(s.block);
+      if (layer) medium = straight->kind(s.beyond);
       const Vec3d share = layer ? Vec3d(straight_passed(*straight, s, near, medium, ray.ray.direction))
                           : s.kind == SurfaceKind::luminaire || !scene().materials()[s.block].transmits
                               ? Vec3d(0)

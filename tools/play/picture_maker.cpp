@@ -144,7 +144,7 @@ void PictureMaker::run() {
 
 void PictureMaker::follow(const PictureRequest& request, Picture& picture) {
   if (request.after_request > 0) simulation_.wait_for(request.after_request, kWaitForEditS);
-  picture.applied = simulation_.take_changes(changes_);
+  picture.applied = simulation_.take_changes(changes_, amounts_);
   const auto start = Steady::now();
   std::vector<world::LeafWrite> writes;
   writes.reserve(changes_.size());
@@ -153,8 +153,9 @@ void PictureMaker::follow(const PictureRequest& request, Picture& picture) {
   stops_of_night_ = sky ? stops_of_night(*sky) : 0;
   const std::unique_lock lock(world_mutex_);
   mirror_.environment = sky ? sky->environment : request.environment;
-  version_ += writes.empty() ? 0 : 1;
+  version_ += writes.empty() && amounts_.empty() ? 0 : 1;
   if (!writes.empty()) CHECK(mirror_.store.write_leaves(writes).ok());
+  amounts_.put_into(mirror_.store);
   picture.mirror_ms = ms_since(start);
 }
 

@@ -112,6 +112,7 @@ class PictureMaker {
   std::map<std::string, std::unique_ptr<render::Backend>> backends_;
   LightOfWorld light_, other_light_;
   LeafValuesMap changes_;
+  AmountChanges amounts_;
   InhabitantRecords inhabitants_;
   uint64_t inhabitants_number_ = 0;
   render::Inhabitants drawn_inhabitants_;

@@ -34,6 +34,9 @@ world::Result<std::unique_ptr<SimThread>> SimThread::make(std::unique_ptr<Played
   world::World& world = made->played_->world();
   TRY(made->play_, PlaySimulation::make(world));
   made->subscriber_ = world.store.subscribe();
+  // Who draws begins with a copy of what is there.
+  if (const world::IntLayer* liquid = world.store.find_int_layer(world::Layer::liquid))
+    (void)liquid->changes(made->liquid_mark_);
   if (!options.record.empty()) {
     TRY(made->log_, PlayLogWriter::open(options.record, made->played_->scene, *made->play_));
   }
@@ -88,10 +91,36 @@ PlayState SimThread::state() const {
   return state_;
 }
 
-uint64_t SimThread::take_changes(LeafValuesMap& into) {
+void AmountChanges::put_into(world::Store& store) const {
+  if (all && store.find_int_layer(world::Layer::liquid)) store.drop_layer(world::Layer::liquid);
+  if (leaves.empty()) return;
+  world::IntLayer& liquid = store.make_int_layer(world::Layer::liquid);
+  for (const auto& [pos, leaf] : leaves) liquid.write_leaf(pos, leaf.values, leaf.active);
+}
+
+/// Since the last call.
+AmountChanges SimThread::changed_amounts() {
+  AmountChanges changes;
+  const world::IntLayer* const liquid = played_->world().store.find_int_layer(world::Layer::liquid);
+  if (!liquid) {
+    changes.all = liquid_mark_.layer != 0;
+    liquid_mark_ = {};
+    return changes;
+  }
+  const std::optional<std::vector<world::LeafPos>> changed = liquid->changes(liquid_mark_);
+  changes.all = !changed;
+  for (const world::LeafPos& l : changed ? *changed : liquid->leaves()) {
+    AmountChanges::Leaf& leaf = changes.leaves[l];
+    if (!liquid->read_leaf(l, leaf.values, leaf.active)) leaf.active = {};
+  }
+  return changes;
+}
+
+uint64_t SimThread::take_changes(LeafValuesMap& into, AmountChanges& amounts) {
   const std::lock_guard lock(mutex_);
   into.clear();
   std::swap(into, changes_);
+  amounts = std::exchange(amount_changes_, {});
   return state_.applied;
 }
 
@@ -265,6 +294,7 @@ void SimThread::publish(bool all) {
     const world::LeafBlocks leaf = world.store.leaf(dirty[n]);
     for (int i = 0; i < world::kLeafVoxels; ++i) values[n][static_cast<size_t>(i)] = leaf[i];
   }
+  AmountChanges amounts = changed_amounts();
   const bool ticked = std::exchange(ticked_, false);
   if (ticked) next_inhabitants_.take(play_->matter(), next.now.foot.voxel);
   const std::lock_guard lock(mutex_);
@@ -274,6 +304,10 @@ void SimThread::publish(bool all) {
     ++inhabitants_number_;
   }
   for (size_t n = 0; n < dirty.size(); ++n) changes_[dirty[n]] = values[n];
+  if (amounts.all)
+    amount_changes_ = std::move(amounts);
+  else
+    for (const auto& [leaf, of_leaf] : amounts.leaves) amount_changes_.leaves[leaf] = of_leaf;
   next.applied = state_.applied;
   next.copied_hash = copied_hash_;
   next.unsaved = unsaved_;

@@ -79,6 +79,19 @@ struct PlayState {
 using LeafValues = std::array<world::BlockId, world::kLeafVoxels>;
 using LeafValuesMap = std::unordered_map<world::LeafPos, LeafValues, world::PosHash>;
 
+/// Amounts of liquids that don't fill their voxels, of the leaves in which any changed: what the layer holds there now.
+struct AmountChanges {
+  struct Leaf {
+    world::LeafMask active;
+    std::array<int32_t, world::kLeafVoxels> values;
+  };
+  bool all = false;  // there are no others
+  std::unordered_map<world::LeafPos, Leaf, world::PosHash> leaves;
+
+  bool empty() const { return !all && leaves.empty(); }
+  void put_into(world::Store& store) const;
+};
+
 class SimThread {
  public:
   struct Options {
@@ -99,7 +112,7 @@ class SimThread {
   void set_input(const WalkInput& input);
   PlayState state() const;
   /// Leaves that changed since the last call, as they are now, by all requests up to the number that is returned.
-  uint64_t take_changes(LeafValuesMap& into);
+  uint64_t take_changes(LeafValuesMap& into, AmountChanges& amounts);
   /// What lives among the blocks as of the last tick; false, and as before, where that is what `into` has already.
   bool take_inhabitants(InhabitantRecords& into, uint64_t& number, MatterTime& time);
   /// Waits until the request is done, at most so long.
@@ -115,6 +128,7 @@ class SimThread {
   void tick(int64_t elapsed_ns);
   void save(bool wait);
   void publish(bool all);
+  AmountChanges changed_amounts();
   void say(std::string message);
   void mark();
   void step_matter();
@@ -125,6 +139,7 @@ class SimThread {
   Options options_;
   sim::Clock walk_clock_, matter_clock_;
   int subscriber_ = 0;
+  world::LayerMark liquid_mark_;
   int64_t waiting_steps_ = 0;
   uint64_t dropped_ = 0, walked_ = 0, copied_hash_ = 0;
   std::string unsaved_;
@@ -138,6 +153,7 @@ class SimThread {
   WalkInput input_;
   PlayState state_;
   LeafValuesMap changes_;
+  AmountChanges amount_changes_;
   InhabitantRecords inhabitants_, next_inhabitants_;
   uint64_t inhabitants_number_ = 0;
   bool ticked_ = true, has_inhabitants_ = false;

@@ -1,9 +1,11 @@
 #include "world/store/layer.h"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <new>
+#include <utility>
 
 #include "world/store/grid_stream.h"
 #include "world/store/region_grid.h"
@@ -109,6 +111,7 @@ template <class T>
 void GridLayer<T>::set(VoxelPos v, T value) {
   grid_->grid->tree().setValueOn(coord(v), value);
   mark_changed(region_from_voxel(v));
+  note_leaf(leaf_from_voxel(v));
 }
 template <class T>
 bool GridLayer<T>::active(VoxelPos v) const {
@@ -127,7 +130,42 @@ template <class T>
 typename GridLayer<T>::Grid& GridLayer<T>::grid() {
   for (const RegionPos& r : regions()) unsaved_.insert(r);
   all_unsaved_ = true;
+  forget_changes();
   return *grid_;
+}
+
+// ---- what changed ------------------------------------------------------------------------------------------------
+
+namespace {
+constexpr size_t kMostChanges = size_t{1} << 17;  // kept, 1.5 MB; one who is further behind looks at all
+}
+
+template <class T>
+void GridLayer<T>::note_leaf(LeafPos l) {
+  if (identity_ == 0) return;
+  if (journal_begin_ + journal_.size() > told_ && !journal_.empty() && journal_.back() == l) return;
+  if (journal_.size() == kMostChanges) forget_changes();
+  journal_.push_back(l);
+}
+
+template <class T>
+void GridLayer<T>::forget_changes() {
+  journal_begin_ += journal_.size() + 1;
+  journal_.clear();
+}
+
+template <class T>
+std::optional<std::vector<LeafPos>> GridLayer<T>::changes(LayerMark& mark) const {
+  static std::atomic<uint64_t> layers{0};
+  if (identity_ == 0) identity_ = ++layers;
+  told_ = journal_begin_ + journal_.size();
+  const LayerMark before = std::exchange(mark, {identity_, told_});
+  if (before.layer != identity_ || before.seen < journal_begin_) return std::nullopt;
+  std::vector<LeafPos> changed(journal_.begin() + static_cast<std::ptrdiff_t>(before.seen - journal_begin_),
+                               journal_.end());
+  std::sort(changed.begin(), changed.end());
+  changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
+  return changed;
 }
 
 // ---- by leaf -----------------------------------------------------------------------------------------------------
@@ -159,6 +197,7 @@ void GridLayer<T>::write_leaf(LeafPos l, std::span<const T, kLeafVoxels> values,
     for (openvdb::Index w = 0; w < 8; ++w) mask.template getWord<uint64_t>(w) = active.word[w];
     leaf.setValueMask(mask);
     mark_changed(r);
+    note_leaf(l);
     return;
   }
   auto* node = tree.template probeNode<RegionOf<T>>(at);
@@ -172,6 +211,7 @@ void GridLayer<T>::write_leaf(LeafPos l, std::span<const T, kLeafVoxels> values,
   node->addTile(1, at, T{0}, false);
   if (node->getChildMask().isOff() && node->getValueMask().isOff()) tree.addTile(2, at, T{0}, false);
   mark_changed(r);
+  note_leaf(l);
 }
 
 // ---- by region ---------------------------------------------------------------------------------------------------
@@ -242,6 +282,8 @@ size_t GridLayer<T>::region_bytes(RegionPos r) const {
 template <class T>
 void GridLayer<T>::install(RegionPos r, GridLayer&& part) {
   evict(r);
+  if (identity_ != 0)
+    for (const LeafPos l : part.leaves()) note_leaf(l);
   grid_->grid->tree().merge(part.grid_->grid->tree());  // nodes change their owner, no value is copied
 }
 
@@ -249,7 +291,13 @@ template <class T>
 void GridLayer<T>::evict(RegionPos r) {
   auto& tree = grid_->grid->tree();
   const openvdb::Coord at = coord(voxel_from_region(r));
-  if (tree.template probeConstNode<RegionOf<T>>(at) || tree.isValueOn(at)) tree.addTile(2, at, T{0}, false);
+  const auto* node = tree.template probeConstNode<RegionOf<T>>(at);
+  if (identity_ != 0 && node)
+    for (openvdb::Index n = 0; n < RegionOf<T>::NUM_VALUES; ++n)
+      if (node->isChildMaskOn(n) || node->isValueMaskOn(n))
+        note_leaf(leaf_from_voxel(voxel(node->offsetToGlobalCoord(n))));
+  if (!node && tree.isValueOn(at)) forget_changes();
+  if (node || tree.isValueOn(at)) tree.addTile(2, at, T{0}, false);
   unsaved_.erase(r);
   if (last_unsaved_ == r) last_unsaved_.reset();
 }
@@ -359,6 +407,7 @@ Status GridLayer<T>::decode_region(std::span<const char> bytes, RegionPos r) {
   };
   TRY_STATUS(read_region_grid<T>(bytes, r, {tile, leaf}));
   grid_->grid->tree().merge(tree);
+  forget_changes();
   unsaved_.insert(r);
   last_unsaved_.reset();
   return {};

@@ -33,6 +33,11 @@ struct LayerRow {
 std::span<const LayerRow> layer_rows();
 std::optional<Layer> layer_from_name(std::string_view name);
 
+/// Where one who follows a layer's changes stands. A fresh one has seen nothing.
+struct LayerMark {
+  uint64_t layer = 0, seen = 0;
+};
+
 /// A sparse grid of T, which is float or int32_t, with a background of 0: OpenVDB behind it. Reading is free for any
 /// number of threads while nobody writes.
 template <class T>
@@ -83,6 +88,12 @@ class GridLayer {
   /// Forgets a region, as if nothing had been there: not a write.
   void evict(RegionPos r);
 
+  // ---- what changed; not from several threads at once ----
+  /// Leaves that were written, installed or evicted since the mark was here last, sorted, each once; and moves the mark
+  /// on. None where the mark is of another layer or too far behind: any leaf may be another then. Nothing is kept for
+  /// this before the first call.
+  std::optional<std::vector<LeafPos>> changes(LayerMark& mark) const;
+
   struct Grid;  // OpenVDB's side, in world/store/tree.h
   /// For writes that say no region: all that are there before or after count as changed.
   Grid& grid();
@@ -90,7 +101,13 @@ class GridLayer {
 
  private:
   void mark_changed(RegionPos r);
+  void note_leaf(LeafPos l);
+  void forget_changes();
   std::unique_ptr<Grid> grid_;
+  mutable uint64_t identity_ = 0;  // of the journal; 0: nobody follows
+  std::vector<LeafPos> journal_;   // of leaves that changed, the oldest first
+  uint64_t journal_begin_ = 0;     // changes before it
+  mutable uint64_t told_ = 0;      // changes that any mark has seen
   std::unordered_set<RegionPos, PosHash> unsaved_;
   std::optional<RegionPos> last_unsaved_;  // in unsaved_: spares a look for each voxel
   bool all_unsaved_ = false;

@@ -6,6 +6,7 @@
 layout(constant_id = kSpecSunShadow) const uint kSunShadow = 0u;
 layout(constant_id = kSpecLight) const uint kLight = 0u;
 layout(constant_id = kSpecInterpolation) const uint kInterpolation = 0u;
+layout(constant_id = kSpecLiquidLevels) const bool kLiquidLevels = false;
 layout(constant_id = kSpecCornerOcclusion) const bool kCornerOcclusion = false;
 
 #if defined(PICTURE_FROM_VERTICES) || defined(PICTURE_READ_FIRST)
@@ -21,9 +22,14 @@ float plane_t(uint axis, int plane, vec3 ray) {
   const vec3 offsets = float(plane) - picture.fraction.xyz - picture.fraction_rest.xyz;
   return axis == 0u ? offsets.x / ray.x : axis == 1u ? offsets.y / ray.y : offsets.z / ray.z;
 }
+/// The same of a liquid's top, `level` sixteenths high in its voxel below the plane; 0: it is on the plane.
+float level_plane_t(uint axis, int plane, uint level, vec3 ray) {
+  if (!kLiquidLevels || level == 0u) return plane_t(axis, plane, ray);
+  return (float(plane) - (1.0 - float(level) / 16.0) - picture.fraction.y - picture.fraction_rest.y) / ray.y;
+}
 float seen_cube_t(uvec2 seen, vec3 ray) {
   if ((seen.x & kSeenPlaced) != 0u) return uintBitsToFloat(seen.y);
-  return plane_t(seen_face(seen.x) >> 1, int(seen.y), ray);
+  return level_plane_t(seen_face(seen.x) >> 1, int(seen.y), seen.x >> kSeenLiquidShift & 15u, ray);
 }
 /// Of the face, relative to the camera's voxel. hit: relative to the camera.
 int seen_plane(uvec2 seen, vec3 hit) {

@@ -422,7 +422,8 @@ TEST(SimThread, EditsAreDoneAtOnceAlsoWhileTimeStands) {
   EXPECT_TRUE(thread.state().paused);
   const uint64_t tick = thread.state().tick;
   LeafValuesMap changes;
-  EXPECT_GE(thread.take_changes(changes), number);
+  AmountChanges amounts;
+  EXPECT_GE(thread.take_changes(changes, amounts), number);
   ASSERT_TRUE(changes.contains(world::leaf_from_voxel({40, 8, 40})));
   EXPECT_EQ(changes[world::leaf_from_voxel({40, 8, 40})][static_cast<size_t>(world::index_in_leaf({40, 8, 40}))],
             glass);
@@ -431,6 +432,47 @@ TEST(SimThread, EditsAreDoneAtOnceAlsoWhileTimeStands) {
   thread.wait_for(thread.ask(step), 5);
   EXPECT_EQ(thread.state().tick, tick + 1);
   EXPECT_TRUE(thread.stop(0, 0).ok());
+}
+
+TEST(SimThread, AmountsOfLiquidsReachWhoDraws) {
+  auto played = std::make_unique<PlayedWorld>();
+  played->own = std::make_unique<world::World>(small_world());
+  const world::BlockId water = *played->own->palette->find("water");
+  auto made = SimThread::make(std::move(played), {});
+  ASSERT_TRUE(made.ok());
+  SimThread& thread = **made;
+  world::World mirror = copy_of(thread.played().world());
+  thread.start();
+  PlayRequest pause, request, step;
+  pause.kind = PlayRequest::Kind::pause, pause.on = true;
+  thread.ask(pause);
+  request.edit = box_of({30, 8, 30}, {33, 9, 33}, water);
+  thread.ask(request);
+  step.kind = PlayRequest::Kind::step;
+  LeafValuesMap changes;
+  AmountChanges amounts;
+  for (int tick = 0; tick < 20; ++tick) {
+    thread.wait_for(thread.ask(step), 5);
+    thread.take_changes(changes, amounts);
+    std::vector<world::LeafWrite> writes;
+    for (const auto& [leaf, values] : changes) writes.push_back({leaf, values.data()});
+    ASSERT_TRUE(mirror.store.write_leaves(writes).ok());
+    amounts.put_into(mirror.store);
+  }
+  EXPECT_TRUE(thread.stop(0, 0).ok());
+  const world::IntLayer* const there = thread.played().world().store.find_int_layer(world::Layer::liquid);
+  const world::IntLayer* const here = mirror.store.find_int_layer(world::Layer::liquid);
+  ASSERT_NE(there, nullptr);
+  ASSERT_NE(here, nullptr);
+  EXPECT_GT(there->active_voxels(), 16u);
+  EXPECT_EQ(here->leaves(), there->leaves());
+  for (const world::LeafPos l : there->leaves()) {
+    std::array<int32_t, world::kLeafVoxels> a, b;
+    world::LeafMask in_a, in_b;
+    there->read_leaf(l, a, in_a), here->read_leaf(l, b, in_b);
+    EXPECT_EQ(a, b);
+    EXPECT_EQ(in_a, in_b);
+  }
 }
 
 /// A crate of 2 m in the air or not, and rain behind it or not, as a window would show them.

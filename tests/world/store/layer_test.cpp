@@ -213,5 +213,48 @@ TEST(Layers, AreOfTheTypeThatTheirRowSays) {
   }
 }
 
+TEST(LayerChanges, AreTheLeavesWrittenSinceTheMark) {
+  IntLayer layer;
+  LayerMark mark, other;
+  EXPECT_FALSE(layer.changes(mark).has_value()) << "a fresh mark has seen nothing";
+  EXPECT_EQ(layer.changes(mark)->size(), 0u);
+  layer.set({0, 0, 0}, 5);
+  layer.set({1, 0, 0}, 5);
+  layer.set({-1, 0, 0}, 5);
+  layer.set({2, 0, 0}, 5);
+  EXPECT_EQ(*layer.changes(mark), (std::vector<LeafPos>{{-1, 0, 0}, {0, 0, 0}}));
+  EXPECT_EQ(layer.changes(mark)->size(), 0u);
+  layer.set({2, 0, 0}, 6);
+  EXPECT_EQ(*layer.changes(mark), (std::vector<LeafPos>{{0, 0, 0}})) << "the leaf that was written last, again";
+  EXPECT_FALSE(layer.changes(other).has_value());
+  layer.write_leaf({3, 0, 0}, std::array<int32_t, kLeafVoxels>{}, LeafMask::none());
+  EXPECT_EQ(layer.changes(mark)->size(), 0u) << "nothing was there";
+  layer.write_leaf({0, 0, 0}, std::array<int32_t, kLeafVoxels>{}, LeafMask::none());
+  EXPECT_EQ(*layer.changes(mark), (std::vector<LeafPos>{{0, 0, 0}}));
+}
+
+TEST(LayerChanges, OfRegionsThatComeAndGoAreTheirLeaves) {
+  IntLayer layer, part;
+  LayerMark mark;
+  layer.set({0, 0, 0}, 1);
+  (void)layer.changes(mark);
+  part.set({130, 0, 0}, 7);
+  layer.install({1, 0, 0}, std::move(part));
+  EXPECT_EQ(*layer.changes(mark), (std::vector<LeafPos>{{16, 0, 0}}));
+  layer.evict({0, 0, 0});
+  EXPECT_EQ(*layer.changes(mark), (std::vector<LeafPos>{{0, 0, 0}}));
+}
+
+TEST(LayerChanges, OfAnotherLayerOrOfTooManyWritesAreAll) {
+  IntLayer layer, second;
+  LayerMark mark;
+  (void)layer.changes(mark);
+  EXPECT_FALSE(second.changes(mark).has_value());
+  (void)layer.changes(mark);
+  for (int i = 0; i < 200'000; ++i) layer.set({(i & 1) * 8, 0, 0}, i);
+  EXPECT_FALSE(layer.changes(mark).has_value());
+  EXPECT_EQ(layer.changes(mark)->size(), 0u);
+}
+
 }  // namespace
 }  // namespace world

@@ -175,6 +175,7 @@ const Idle kIdles[] = {
     {"billboards", "billboard clouds where there is no tree", {"raster"}, {"billboard_error_px=8"}},
     {"particles", "a long shutter where nothing is in the air", {"raster", "raycast"}, {"shutter=0.1"}},
     {"proxies", "shapes as cubes where no block has a shape", {"raster", "raycast"}, {"proxy_shapes=cube"}},
+    {"liquid_levels", "full liquids as high as they are full", {"raster", "raycast"}, {"liquid_surface=full"}},
     {"contours", "the exact surface of a level set that is not there", {"raycast"}, {"contours=field"}},
     {"photons", "photons of a transport that follows none", {"raycast"}, {"photons=400000", "photon_radius=0.5"}},
     {"time_of_day",
