@@ -5,22 +5,34 @@
 #include <optional>
 #include <utility>
 
+#include "world/base/jobs.h"
+
 namespace render::raster {
 
 namespace {
 
-/// Cell of 16^3 voxels of the record's first voxel, along a Z curve: neighbours in the order are neighbours in space.
+/// Cells of 16^3 voxels of a chunk along a Z curve, by x*16 + y*4 + z of the cell: neighbours in the order are
+/// neighbours in space.
+constexpr std::array<uint8_t, 64> kCellOrder = [] {
+  std::array<uint8_t, 64> order{};
+  for (uint32_t i = 0; i < 64; ++i)
+    for (uint32_t bit = 0; bit < 2; ++bit)
+      order[i] |= static_cast<uint8_t>((i >> (4 + bit) & 1) << (3 * bit) | (i >> (2 + bit) & 1) << (3 * bit + 1) |
+                                       (i >> bit & 1) << (3 * bit + 2));
+  return order;
+}();
+
+/// Of the record's first voxel.
 uint32_t cell_of(const FaceRecord& record) {
-  const glm::uvec3 cell = face_voxel(record.word0) >> 4u;
-  uint32_t index = 0;
-  for (uint32_t bit = 0; bit < 2; ++bit)
-    index |=
-        (cell.x >> bit & 1) << (3 * bit) | (cell.y >> bit & 1) << (3 * bit + 1) | (cell.z >> bit & 1) << (3 * bit + 2);
-  return index;
+  const uint32_t w = record.word0;
+  return kCellOrder[(w >> 12 & 0x30) | (w >> 8 & 0xc) | (w >> 4 & 3)];
 }
 
-/// Writes a chunk's records ordered by direction and cell, and cuts them into clusters.
-void write_clusters(const PoolSource& source, FacePool::BoxOf box_of, PooledChunk& chunk, FaceRecord* out) {
+/// Writes a chunk's records ordered by direction and cell, and cuts them into clusters. `out` is not read: the memory
+/// of a device may be slow to read.
+void write_clusters(const PoolSource& source, FacePool::BoxOf box_of, PooledChunk& chunk,
+                    std::vector<FaceRecord>& ordered, FaceRecord* out) {
+  ordered.resize(source.records.size());
   uint32_t written = 0;
   for (size_t direction = 0; direction < kPoolDirections; ++direction) {
     const auto records =
@@ -30,7 +42,7 @@ void write_clusters(const PoolSource& source, FacePool::BoxOf box_of, PooledChun
     for (size_t c = 0; c < 64; ++c) start[c + 1] += start[c];
     std::array<uint32_t, 64> next;
     std::copy(start.begin(), start.end() - 1, next.begin());
-    FaceRecord* const first = out + written;
+    FaceRecord* const first = ordered.data() + written;
     for (const FaceRecord& r : records) first[next[cell_of(r)]++] = r;
 
     // A cluster takes whole cells while they fit; a cell that is larger than a cluster is cut.
@@ -46,6 +58,7 @@ void write_clusters(const PoolSource& source, FacePool::BoxOf box_of, PooledChun
     }
     written += count;
   }
+  std::memcpy(out, ordered.data(), ordered.size() * sizeof(FaceRecord));
 }
 
 }  // namespace
@@ -175,11 +188,18 @@ world::Result<uint64_t> FacePool::update(gpu::Device& device, std::span<const Po
       TRY_STATUS(place(device, count, chunk));
       largest_ = std::max(largest_, count);
       const uint64_t bytes = count * sizeof(FaceRecord);
-      write_clusters(source, box_of_, chunk, reinterpret_cast<FaceRecord*>(staging.mapped() + at));
-      for (FaceCluster& cluster : chunk.clusters) cluster.visible = was_seen[i];
       copies.push_back({chunk.page, {at, uint64_t{chunk.first} * sizeof(FaceRecord), bytes}});
       at += bytes;
     }
+    world::parallel_ranges(fresh.size(), 1, [&](size_t begin, size_t end) {
+      std::vector<FaceRecord> ordered;
+      for (size_t n = begin; n < end; ++n) {
+        PooledChunk& chunk = next[fresh[n]];
+        write_clusters(chunks[fresh[n]], box_of_, chunk, ordered,
+                       reinterpret_cast<FaceRecord*>(staging.mapped() + copies[n].region.srcOffset));
+        for (FaceCluster& cluster : chunk.clusters) cluster.visible = was_seen[fresh[n]];
+      }
+    });
     TRY_STATUS(device.run([&](VkCommandBuffer commands) {
       for (const Copy& copy : copies)
         vkCmdCopyBuffer(commands, staging.handle, pages_[copy.page].buffer.handle, 1, &copy.region);
