@@ -245,9 +245,12 @@ size_t SurfaceLight::bytes() const {
 SurfaceLightDecoder::SurfaceLightDecoder(SurfaceLight::Kind of, const Shading& shading) : kind(of) {
   const double next_to_lamp = world::kFullLampWatts / (4 * double(kPi)) / 2 / double(kPi);
   for (int level = 1; level <= world::kMaxLight; ++level) {
-    sky[static_cast<size_t>(level)] = static_cast<float>(std::pow(world::kLevelRatio, world::kMaxLight - level));
-    block[static_cast<size_t>(level)] =
-        static_cast<float>(next_to_lamp * std::pow(world::kLevelRatio, world::kMaxLight - 1 - level));
+    const auto part = [&](int whole) {
+      const double none = std::pow(world::kLevelRatio, whole);
+      return (std::pow(world::kLevelRatio, whole - level) - none) / (1 - none);
+    };
+    sky[static_cast<size_t>(level)] = static_cast<float>(part(world::kMaxLight));
+    block[static_cast<size_t>(level)] = static_cast<float>(next_to_lamp * part(world::kMaxLight - 1));
   }
   for (size_t face = 0; face < 6; ++face) sky_lit[face] = shading.sky_lit[face];
 }

@@ -88,9 +88,10 @@ class SurfaceLight {
 
 /// How codes become the radiance of a face of albedo 1, beside the sun's: the numbers that both backends read.
 ///
-/// A level stands for kLevelRatio of the one above. The sky's 15 is the whole sky as it shines on that side; the block
-/// light's 14 is what a face next to a lamp of kFullLampWatts gets, P / (4 pi d^2) at d = 1 m times 1/2, the mean
-/// cosine of the faces that look at it.
+/// A step between levels is kLevelRatio of the one above it, down to nothing at 0: were only the levels in that ratio,
+/// a band that ends would leave the others in a strong colour, as blue does around a torch. The sky's 15 is the whole
+/// sky as it shines on that side; the block light's 14 is what a face next to a lamp of kFullLampWatts gets, P / (4 pi
+/// d^2) at d = 1 m times 1/2, the mean cosine of the faces that look at it.
 struct SurfaceLightDecoder {
   SurfaceLight::Kind kind = SurfaceLight::Kind::none;
   std::array<float, 16> sky{}, block{};  // by level: part of the sky's light; W/(m^2 sr)

@@ -167,8 +167,15 @@ void Game::press(Action action) {
       break;
     case Action::pour:
       if (const auto water = palette_.find("water"); water && target_.hit) {
+        std::optional<VoxelPos> room;
+        pictures_->with_world(
+            [&](const world::World& world) { room = room_to_pour(world, shapes_, target_.beside(), *water); });
+        if (!room) {
+          say("there is no room for more water");
+          break;
+        }
         EditBatch batch;
-        batch.set(target_.beside(), *water);
+        batch.set(*room, *water);
         edit(std::move(batch), "pour water");
       }
       break;

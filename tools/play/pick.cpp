@@ -95,4 +95,14 @@ Pick pick(const world::World& world, const world::BlockShapes& shapes, const wor
   return Pick{};
 }
 
+std::optional<VoxelPos> room_to_pour(const world::World& world, const world::BlockShapes& shapes, VoxelPos from,
+                                     world::BlockId liquid) {
+  constexpr int kMostAboveM = 16;
+  for (VoxelPos v = from; v.y <= from.y + kMostAboveM && world::inside_world(v); ++v.y) {
+    const world::BlockId there = world.store.get(v);
+    if (there != liquid) return is_replaceable(*world.palette, shapes, there) ? std::optional(v) : std::nullopt;
+  }
+  return std::nullopt;
+}
+
 }  // namespace tools

@@ -1,6 +1,8 @@
 /// What the player points at: the voxel, and through which face, exactly, of cubes and of shapes inside their voxels.
 #pragma once
 
+#include <optional>
+
 #include "world/proxies/proxy.h"
 #include "world/space/grid_walk.h"
 #include "world/world.h"
@@ -26,5 +28,10 @@ Pick pick(const world::World& world, const world::BlockShapes& shapes, const wor
 
 /// Whether a block goes where this one is, in its place: air, gases, liquids, and plants that are flat.
 bool is_replaceable(const world::BlockPalette& palette, const world::BlockShapes& shapes, world::BlockId block);
+
+/// Where a cubic metre more of a liquid goes that is poured into `from`: there, or above what holds some of it already,
+/// from where it falls. None where that has no room, or is more than 16 m up.
+std::optional<world::VoxelPos> room_to_pour(const world::World& world, const world::BlockShapes& shapes,
+                                            world::VoxelPos from, world::BlockId liquid);
 
 }  // namespace tools

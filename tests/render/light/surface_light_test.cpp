@@ -215,13 +215,16 @@ TEST(SurfaceLight, WhereNoModelIsAskedForThereIsNothing) {
   EXPECT_EQ(light.codes().size(), 0u);
 }
 
-TEST(SurfaceLight, ASkyLevelOf15IsTheOpenSkyAndEachBelowAFifthLess) {
+TEST(SurfaceLight, ASkyLevelOf15IsTheOpenSkyAndEachStepBelowAFifthSmallerDownToNothing) {
   const Shading shading(world::Environment{}, world::standard_blocks());
   const SurfaceLightDecoder decode(SurfaceLight::Kind::levels, shading);
   for (int face = 0; face < world::kFaces; ++face) {
     EXPECT_EQ(decode(0xfff, face), shading.sky_lit[face]);
-    EXPECT_FLOAT_EQ(decode(0xeee, face).g, shading.sky_lit[face].g * 0.8f);
     EXPECT_EQ(decode(0, face), (Rgb{0, 0, 0}));
+    for (uint32_t level = 1; level < 15; ++level) {
+      const auto g = [&](uint32_t l) { return decode(l << 4, face).g; };
+      EXPECT_NEAR(g(level) - g(level - 1), 0.8f * (g(level + 1) - g(level)), 1e-5f * shading.sky_lit[face].g) << level;
+    }
   }
   // A face 1 m from the middle of a lamp of 3000 W: P / (4 pi) times the mean cosine 1/2, sent back by an albedo of 1.
   EXPECT_FLOAT_EQ(decode(14u << 12, 0).r, static_cast<float>(3000 / (4 * M_PI) / 2 / M_PI));

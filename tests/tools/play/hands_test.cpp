@@ -53,6 +53,16 @@ TEST_F(Hands, PickTheFaceThatIsSeenFromEverySide) {
   }
 }
 
+TEST_F(Hands, PouringAddsAboveWhatIsThereAlready) {
+  const world::BlockId water = block(world, "water");
+  EXPECT_EQ(room_to_pour(world, shapes, {0, 1, 0}, water), VoxelPos(0, 1, 0));
+  set({0, 1, 0}, "water"), set({0, 2, 0}, "water");
+  EXPECT_EQ(room_to_pour(world, shapes, {0, 1, 0}, water), VoxelPos(0, 3, 0));
+  EXPECT_EQ(room_to_pour(world, shapes, {0, 1, 0}, block(world, "lava")), VoxelPos(0, 1, 0));  // goes in its place
+  set({0, 3, 0}, "granite");
+  EXPECT_EQ(room_to_pour(world, shapes, {0, 1, 0}, water), std::nullopt);
+}
+
 TEST_F(Hands, PickIsTheSameFarFromTheOrigin) {
   const VoxelPos far{1'000'000'000, 80, -1'000'000'000};
   set({0, 0, 0}, "granite"), set(far, "granite");
