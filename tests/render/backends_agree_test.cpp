@@ -8,6 +8,7 @@
 #include "render/image/display.h"
 #include "render/raster/raster.h"
 #include "render/raycast/raycast.h"
+#include "tests/render/raster/both_backends.h"
 #include "tests/render/raster/small_worlds.h"
 
 namespace render {
@@ -51,22 +52,8 @@ Agreement compare(const Image& a, const Image& b) {
   return result;
 }
 
-class BackendsAgree : public testing::Test {
+class BackendsAgree : public BothBackends {
  protected:
-  void SetUp() override {
-    auto made = make_raster({.validation = true});
-    ASSERT_TRUE(made.ok()) << made.error().message;
-    raster_ = std::move(*made);
-    auto cast = make_raycast_backend();
-    ASSERT_TRUE(cast.ok()) << cast.error().message;
-    raycast_ = std::move(*cast);
-  }
-  void TearDown() override {
-    if (raster_) {
-      EXPECT_EQ(raster_->messages(), std::vector<std::string>{});
-    }
-  }
-
   void expect_agreement(const world::World& w, const std::string& scene, const NamedCamera& view,
                         const RenderKnobs& knobs = {}) {
     const world::WorldView world_view(w);
@@ -82,9 +69,6 @@ class BackendsAgree : public testing::Test {
     // other side of it than the ray in double.
     EXPECT_EQ(agreement.unexplained, 0u) << scene << ", " << view.name;
   }
-
-  std::unique_ptr<RasterBackend> raster_;
-  std::unique_ptr<Backend> raycast_;
 };
 
 constexpr world::VoxelPos kFar{10'000'000, 0, -10'000'000};

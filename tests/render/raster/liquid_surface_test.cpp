@@ -11,6 +11,7 @@
 #include "render/raster/raster.h"
 #include "render/raycast/raycast.h"
 #include "tests/render/raster/compare_pictures.h"
+#include "tests/render/raster/both_backends.h"
 #include "tests/render/raster/small_worlds.h"
 
 namespace render {
@@ -61,22 +62,12 @@ std::vector<NamedCamera> spill_cameras(VoxelPos at = {}) {
           {"straight down", camera_at(at, {12.5, 21.3, 12.1}, {0, -1, 0}, 70)}};
 }
 
-class LiquidSurfaceTest : public testing::Test {
+class LiquidSurfaceTest : public BothBackends {
  protected:
   void SetUp() override {
-    auto made = make_raster({.validation = true});
-    ASSERT_TRUE(made.ok()) << made.error().message;
-    raster_ = std::move(*made);
-    auto cast = make_raycast_backend();
-    ASSERT_TRUE(cast.ok());
-    raycast_ = std::move(*cast);
+    BothBackends::SetUp();
     knobs_.lod_error_px = 0;
     knobs_.liquid_surface = LiquidSurface::level;
-  }
-  void TearDown() override {
-    if (raster_) {
-      EXPECT_EQ(raster_->messages(), std::vector<std::string>{});
-    }
   }
   Image raster(const World& w, const Camera& camera) {
     return draw(*raster_, w, camera, knobs_, kWidth, kHeight).image;
@@ -95,8 +86,6 @@ class LiquidSurfaceTest : public testing::Test {
     std::printf("%-20s %-30s %.3f %% within 2/255, FLIP %.5f\n", what.c_str(), view.name.c_str(), 100 * share, flip);
   }
 
-  std::unique_ptr<RasterBackend> raster_;
-  std::unique_ptr<Backend> raycast_;
   RenderKnobs knobs_;
 };
 

@@ -9,6 +9,7 @@
 #include "render/raster/raster.h"
 #include "render/raycast/raycast.h"
 #include "tests/render/raster/compare_pictures.h"
+#include "tests/render/raster/both_backends.h"
 #include "tests/render/raster/small_worlds.h"
 #include "world/proxies/proxy.h"
 
@@ -60,21 +61,8 @@ std::vector<NamedCamera> garden_cameras(world::VoxelPos offset = {}) {
           {"in the plants", camera_at(offset, {-9.4, 0.6, 0.3}, {1, -0.1, 0.2})}};
 }
 
-class ShapesOfBlocks : public testing::Test {
+class ShapesOfBlocks : public BothBackends {
  protected:
-  void SetUp() override {
-    auto made = make_raster({.validation = true});
-    ASSERT_TRUE(made.ok()) << made.error().message;
-    raster_ = std::move(*made);
-    auto cast = make_raycast_backend();
-    ASSERT_TRUE(cast.ok()) << cast.error().message;
-    raycast_ = std::move(*cast);
-  }
-  void TearDown() override {
-    if (raster_) {
-      EXPECT_EQ(raster_->messages(), std::vector<std::string>{});
-    }
-  }
   static Frame frame(Backend& backend, const world::World& w, const Camera& camera, RenderKnobs knobs = {}) {
     const world::WorldView view(w);
     knobs.transparency = Transparency::opaque, knobs.textures = TextureFilter::off;  // those are other tests'
@@ -82,8 +70,6 @@ class ShapesOfBlocks : public testing::Test {
     EXPECT_TRUE(drawn.ok()) << (drawn.ok() ? "" : drawn.error().message);
     return drawn.ok() ? std::move(*drawn) : Frame{Image(kWidth, kHeight), {}};
   }
-  std::unique_ptr<RasterBackend> raster_;
-  std::unique_ptr<Backend> raycast_;
 };
 
 /// The bound of the project: 99.9 % of pixels within 2/255.

@@ -10,6 +10,7 @@
 #include "render/raster/raster.h"
 #include "render/raycast/raycast.h"
 #include "tests/render/raster/compare_pictures.h"
+#include "tests/render/raster/both_backends.h"
 #include "tests/render/raster/small_worlds.h"
 #include "world/proxies/proxy.h"
 
@@ -77,28 +78,13 @@ RenderKnobs tinted(SunShadow shadow = SunShadow::ray) {
   return knobs;
 }
 
-class SunThroughBlocks : public testing::Test {
+class SunThroughBlocks : public BothBackends {
  protected:
-  void SetUp() override {
-    auto raster = make_raster({.validation = true});
-    ASSERT_TRUE(raster.ok()) << raster.error().message;
-    raster_ = std::move(*raster);
-    auto cast = make_raycast_backend();
-    ASSERT_TRUE(cast.ok());
-    raycast_ = std::move(*cast);
-  }
-  void TearDown() override {
-    if (raster_) {
-      EXPECT_EQ(raster_->messages(), std::vector<std::string>{});
-    }
-  }
   static Frame frame(Backend& backend, const world::World& w, const Camera& camera, const RenderKnobs& knobs) {
     auto drawn = backend.render(world::WorldView(w), camera, knobs, kWidth, kHeight);
     EXPECT_TRUE(drawn.ok()) << (drawn.ok() ? "" : drawn.error().message);
     return drawn.ok() ? std::move(*drawn) : Frame{Image(kWidth, kHeight), {}};
   }
-  std::unique_ptr<RasterBackend> raster_;
-  std::unique_ptr<Backend> raycast_;
 };
 
 /// A pane d thick holds back what it absorbs over d / cos, and at its two faces what Fresnel's law mirrors.

@@ -14,6 +14,7 @@
 #include "render/raster/raster.h"
 #include "render/raster/rasterizer.h"
 #include "render/raycast/raycast.h"
+#include "tests/render/raster/both_backends.h"
 #include "tests/render/raster/small_worlds.h"
 #include "world/scenes/scene.h"
 
@@ -22,24 +23,14 @@ namespace {
 
 constexpr int kWidth = 320, kHeight = 180;
 
-class TransparencyTest : public testing::Test {
+class TransparencyTest : public BothBackends {
  protected:
   void SetUp() override {
-    auto made = make_raster({.validation = true});
-    ASSERT_TRUE(made.ok()) << made.error().message;
-    raster_ = std::move(*made);
-    auto cast = make_raycast_backend();
-    ASSERT_TRUE(cast.ok());
-    raycast_ = std::move(*cast);
+    BothBackends::SetUp();
     knobs_.transparency = Transparency::lists;
     knobs_.reflection = Reflection::none;
     knobs_.refraction = Refraction::none;
     knobs_.lod_error_px = 0;
-  }
-  void TearDown() override {
-    if (raster_) {
-      EXPECT_EQ(raster_->messages(), std::vector<std::string>{});
-    }
   }
   Frame draw(Backend& backend, const world::World& w, const Camera& camera, const RenderKnobs& knobs,
              int width = kWidth, int height = kHeight) {
@@ -73,8 +64,6 @@ class TransparencyTest : public testing::Test {
     std::printf("%-28s %.3f %% within 2/255, worst %d, FLIP %.5f\n", what.c_str(), 100 * share, worst, flip);
   }
 
-  std::unique_ptr<RasterBackend> raster_;
-  std::unique_ptr<Backend> raycast_;
   RenderKnobs knobs_;
 };
 
