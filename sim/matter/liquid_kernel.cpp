@@ -391,10 +391,8 @@ world::LeafMask write_amounts(const uint16_t* own, world::BlockId liquid, world:
   HWY_DYNAMIC_DISPATCH(WriteAmounts)(own, liquid, blocks, amounts, changed);
   return changed;
 }
-LiquidMasks masks_of(const uint16_t* own, uint16_t most) {
-  LiquidMasks masks;
+void find_masks(const uint16_t* own, uint16_t most, LiquidMasks& masks) {
   HWY_DYNAMIC_DISPATCH(MasksOf)(own, most, masks);
-  return masks;
 }
 
 Spread spread_of(double density, double viscosity_pa_s, double tick_s, int film) {

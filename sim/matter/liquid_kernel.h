@@ -81,6 +81,6 @@ world::LeafMask write_amounts(const uint16_t* own, world::BlockId liquid, world:
 struct LiquidMasks {
   world::LeafMask full, part, most, air;
 };
-LiquidMasks masks_of(const uint16_t* own, uint16_t most);
+void find_masks(const uint16_t* own, uint16_t most, LiquidMasks& masks);
 
 }  // namespace sim

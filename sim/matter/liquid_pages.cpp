@@ -67,7 +67,7 @@ LiquidPage& LiquidPages::view(const Cells& cells, PageId p) {
 const LiquidMasks& LiquidPages::masks(PageId p) {
   LiquidPage& page = *pages_[p];
   if (!page.has_masks || page.masked != page.content) {
-    page.masks = masks_of(page.own(), kMost);
+    find_masks(page.own(), kMost, page.masks);
     page.has_masks = true;
     page.masked = page.content;
   }

@@ -33,6 +33,11 @@ std::array<float, 5> moment_of(const render::RenderKnobs& k) {
   return {k.time_of_day, k.latitude, k.day_of_year, k.turbidity, k.moon ? 1.0f : 0.0f};
 }
 
+void fail(const world::Error& error, Picture& picture) {
+  picture.error = error.message;
+  picture.device_failed = error.kind == world::ErrorKind::no_device;
+}
+
 }  // namespace
 
 bool is_of_moment(std::string_view knob) {
@@ -227,11 +232,6 @@ void PictureMaker::measure(const PictureRequest& request, const render::Image& d
   if (!other) return;
   picture.measured = {other->report.ms, render::compare_images(other->image, reference_->image).metrics,
                       render::compare_images(drawn, reference_->image).metrics};
-}
-
-void PictureMaker::fail(const world::Error& error, Picture& picture) const {
-  picture.error = error.message;
-  picture.device_failed = error.kind == world::ErrorKind::no_device;
 }
 
 Picture PictureMaker::make(const PictureRequest& request) {

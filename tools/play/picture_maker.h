@@ -99,7 +99,6 @@ class PictureMaker {
  private:
   void run();
   Picture make(const PictureRequest& request);
-  void fail(const world::Error& error, Picture& picture) const;
   world::Result<render::Frame> frame(const PictureSettings& settings, const PictureRequest& request, Picture& picture);
   void follow(const PictureRequest& request, Picture& picture);
   void follow_inhabitants(bool stand_still);
