@@ -9,8 +9,14 @@ namespace {
 
 class Flat : public Generator {
  public:
-  Flat(int64_t ground, int64_t water_top, BlockId stone, BlockId dirt, BlockId grass, BlockId water)
-      : ground_(ground), water_top_(water_top), stone_(stone), dirt_(dirt), grass_(grass), water_(water) {}
+  Flat(int64_t ground, int64_t water_top, BlockId stone, BlockId dirt, BlockId grass, BlockId water, BlockId glass)
+      : ground_(ground),
+        water_top_(water_top),
+        stone_(stone),
+        dirt_(dirt),
+        grass_(grass),
+        water_(water),
+        glass_(glass) {}
 
   void generate(RegionBuilder& region) const override {
     for (int ly = 0; ly < kRegionLeaves; ++ly) {
@@ -30,6 +36,7 @@ class Flat : public Generator {
         }
     }
   }
+  BlockId at_side(BlockId block) const override { return block == water_ ? glass_ : block; }
 
  private:
   BlockId at(int64_t y) const {
@@ -37,7 +44,7 @@ class Flat : public Generator {
     return y == ground_ - 1 && water_top_ <= ground_ ? grass_ : y >= ground_ - 4 ? dirt_ : stone_;
   }
   int64_t ground_, water_top_;
-  BlockId stone_, dirt_, grass_, water_;
+  BlockId stone_, dirt_, grass_, water_, glass_;
 };
 
 }  // namespace
@@ -50,13 +57,14 @@ GeneratorInfo flat_generator() {
     TRY(const BlockId dirt, needed_block(palette, "dirt"));
     TRY(const BlockId grass, needed_block(palette, "grass"));
     TRY(const BlockId water, needed_block(palette, "water"));
+    TRY(const BlockId glass, needed_block(palette, "glass"));
     const double ground = parameters.at("ground_m"), depth = parameters.at("water_depth_m");
     if (!(std::abs(ground) <= kWorldBorder)) return input_error("generator 'flat': ground_m must lie within the world");
     if (!(depth >= 0 && depth <= kWorldBorder))
       return input_error("generator 'flat': water_depth_m must be at least 0 and lie within the world");
     const int64_t top = static_cast<int64_t>(std::floor(ground));
     return std::unique_ptr<Generator>(
-        std::make_unique<Flat>(top, top + static_cast<int64_t>(std::floor(depth)), stone, dirt, grass, water));
+        std::make_unique<Flat>(top, top + static_cast<int64_t>(std::floor(depth)), stone, dirt, grass, water, glass));
   };
   return info;
 }

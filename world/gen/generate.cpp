@@ -117,4 +117,32 @@ Status generate(Store& store, const Generator& generator, const VoxelBox& box) {
   return {};
 }
 
+Status hold_sides(Store& store, const Generator& generator, const VoxelBox& box) {
+  EditBatch batch;
+  for (int32_t x = box.min.x; x <= box.max.x; ++x)
+    for (int32_t z = box.min.z; z <= box.max.z; ++z) {
+      const int32_t inwards = std::min({x - box.min.x, box.max.x - x, z - box.min.z, box.max.z - z});
+      if (inwards > 1) {
+        z = std::max(z, box.max.z - 2);
+        continue;
+      }
+      for (int32_t y = box.min.y; y <= box.max.y; ++y) {
+        const BlockId block = store.get({x, y, z}), held = generator.at_side(block);
+        if (held == block) continue;
+        // One voxel from the side only what may roll over the edge.
+        bool open = inwards == 0;
+        for (const VoxelPos step : {VoxelPos{1, 0, 0}, {-1, 0, 0}, {0, 0, 1}, {0, 0, -1}}) {
+          const VoxelPos beside = VoxelPos{x, y, z} + step;
+          const bool at_side =
+              beside.x == box.min.x || beside.x == box.max.x || beside.z == box.min.z || beside.z == box.max.z;
+          open |= at_side && store.get(beside) == kAir;
+        }
+        if (open) batch.set({x, y, z}, held);
+      }
+    }
+  TRY(const EditReport report, store.apply(batch));
+  static_cast<void>(report);
+  return {};
+}
+
 }  // namespace world

@@ -20,6 +20,8 @@ class Generator {
   virtual ~Generator() = default;
   /// Fills the region. Results are the same on every machine, SIMD level, thread count and order of calls.
   virtual void generate(RegionBuilder& region) const = 0;
+  /// What stands in place of a block at the side of a world that ends there: it would run or slide out.
+  virtual BlockId at_side(BlockId block) const { return block; }
 };
 
 struct GeneratorInfo {
@@ -47,5 +49,8 @@ Result<BlockId> needed_block(const BlockPalette& palette, const std::string& nam
 /// Generates all regions that meet the box, in parallel, and adopts them. Voxels outside the box but inside those
 /// regions are cut off to air.
 Status generate(Store& store, const Generator& generator, const VoxelBox& box);
+
+/// Puts a generator's blocks for sides along the four sides of a box that was generated, so that all stays in it.
+Status hold_sides(Store& store, const Generator& generator, const VoxelBox& box);
 
 }  // namespace world

@@ -1,5 +1,5 @@
 // A landscape to walk in: mountains with caves, overhangs and ores, a valley with a river and a lake, woods, meadows,
-// reeds on the shore, and here and there a lamp-lit cabin behind its fence.
+// reeds on the shore, and here and there a lamp-lit cabin behind its fence. It is at rest as it is made, but for lava.
 #include <atomic>
 
 #include "world/gen/generator.h"
@@ -7,6 +7,7 @@
 #include "world/gen/landscape/columns.h"
 #include "world/gen/landscape/homestead.h"
 #include "world/gen/landscape/plants.h"
+#include "world/gen/landscape/rest.h"
 #include "world/gen/landscape/terrain.h"
 
 namespace world {
@@ -17,7 +18,7 @@ using namespace landscape;
 struct Settings {
   int32_t mountains_m;
   double trees;
-  bool caves, homesteads;
+  bool caves, lava, homesteads;
 };
 
 /// What a thread keeps from region to region: half a megabyte of columns, a few of leaves.
@@ -38,7 +39,7 @@ class Valley : public Generator {
       : settings_(settings),
         materials_(materials),
         relief_(seed, settings.mountains_m),
-        terrain_(relief_, materials_, settings.caves) {}
+        terrain_(relief_, materials_, settings.caves, settings.lava) {}
 
   void generate(RegionBuilder& region) const override {
     const int32_t y0 = voxel_from_region(region.pos()).y;
@@ -60,8 +61,14 @@ class Valley : public Generator {
       draw_trees(relief_.seed(), settings_.trees, columns, terrain_, homesteads, materials_, canvas);
       for (const Homestead& home : homesteads) draw_homestead(home, columns, materials_, canvas);
       draw_undergrowth(relief_.seed(), columns, materials_, canvas);
+      hold_grains(columns, terrain_, homesteads, materials_, canvas);
     }
     canvas.write_to(region);
+  }
+  /// Glass before lakes and rivers.
+  BlockId at_side(BlockId block) const override {
+    return block == materials_.water || block == materials_.lava ? materials_.glass
+                                                                 : held(block, materials_, materials_.rocks[0]);
   }
 
  private:
@@ -77,7 +84,7 @@ class Valley : public Generator {
 GeneratorInfo valley_generator() {
   GeneratorInfo info{"valley",
                      "mountains with caves and ores, a river, a lake, woods, and lamp-lit cabins",
-                     {{"mountains_m", 135}, {"trees", 1}, {"caves", 1}, {"homesteads", 1}},
+                     {{"mountains_m", 135}, {"trees", 1}, {"caves", 1}, {"lava", 0}, {"homesteads", 1}},
                      {}};
   info.make = [](uint64_t seed, const std::map<std::string, double>& parameters,
                  const BlockPalette& palette) -> Result<std::unique_ptr<Generator>> {
@@ -87,7 +94,7 @@ GeneratorInfo valley_generator() {
       return input_error("generator 'valley': mountains_m must be in [0, 150]");
     if (!(trees >= 0 && trees <= 1)) return input_error("generator 'valley': trees must be in [0, 1]");
     const Settings settings{static_cast<int32_t>(mountains), trees, parameters.at("caves") != 0,
-                            parameters.at("homesteads") != 0};
+                            parameters.at("lava") != 0, parameters.at("homesteads") != 0};
     return std::unique_ptr<Generator>(std::make_unique<Valley>(seed, settings, materials));
   };
   return info;

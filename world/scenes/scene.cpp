@@ -273,6 +273,7 @@ Result<World> generated_world(const Scene& scene) {
     World world(standard_blocks());
     TRY(const std::unique_ptr<Generator> generator, info.make(scene.seed, scene.parameters, *world.palette));
     TRY_STATUS(generate(world.store, *generator, scene.box));
+    TRY_STATUS(hold_sides(world.store, *generator, scene.box));
     world.metadata["source"] = "generator " + scene.generator;
     world.metadata["seed"] = std::to_string(scene.seed);
     return world;

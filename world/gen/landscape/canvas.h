@@ -39,6 +39,12 @@ class Canvas {
     return leaves_[static_cast<size_t>(slot)];
   }
 
+  /// The blocks of a leaf that was opened, or null.
+  Leaf* opened(int leaf) {
+    const int32_t slot = slots_[static_cast<size_t>(leaf)];
+    return slot < 0 ? nullptr : &leaves_[static_cast<size_t>(slot)];
+  }
+
   // World positions; what lies outside the region is air when read and ignored when written.
   bool contains(VoxelPos v) const {
     return static_cast<uint32_t>(v.x - origin.x) < kRegionSize && static_cast<uint32_t>(v.y - origin.y) < kRegionSize &&

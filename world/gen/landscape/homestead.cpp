@@ -12,6 +12,7 @@ namespace {
 constexpr uint64_t kHomesteadStream = 70;
 constexpr int kCellLog2 = 8;
 constexpr int kReach = 26;  // metres from the door to the farthest voxel drawn or kept clear
+constexpr int kCabinSide = 5, kCabinBack = -7, kCabinFront = 1, kCabinHeight = 11;
 constexpr int kYardSide = 11, kYardBack = -9, kYardFront = 12;
 
 /// The ground's top voxel under a plan position, or nothing outside the region.
@@ -42,9 +43,9 @@ struct Builder {
 
   void cabin() const {
     const int32_t floor = home.door.y;
-    for (int u = -5; u <= 5; ++u)
-      for (int v = -7; v <= 1; ++v) {
-        for (int y = floor + 1; y <= floor + 11; ++y) put(u, y, v, kAir);
+    for (int u = -kCabinSide; u <= kCabinSide; ++u)
+      for (int v = kCabinBack; v <= kCabinFront; ++v) {
+        for (int y = floor + 1; y <= floor + kCabinHeight; ++y) put(u, y, v, kAir);
         const bool inside = std::abs(u) <= 4 && v >= -6 && v <= 0;
         if (!inside) continue;
         put(u, floor, v, m.pine_planks);
@@ -64,8 +65,8 @@ struct Builder {
         // Gables, up to the roof.
         for (int h = 5; side && h <= 8 - std::abs(v + 3); ++h) put(u, floor + h, v, m.oak_planks);
       }
-    for (int u = -5; u <= 5; ++u)
-      for (int v = -7; v <= 1; ++v) put(u, floor + 9 - std::abs(v + 3), v, m.roof_tile);
+    for (int u = -kCabinSide; u <= kCabinSide; ++u)
+      for (int v = kCabinBack; v <= kCabinFront; ++v) put(u, floor + 9 - std::abs(v + 3), v, m.roof_tile);
     for (int h = 1; h <= 11; ++h) put(3, floor + h, -5, m.brick_red);
     put(0, floor + 4, -3, m.lamp_warm);
     put(-3, floor + 1, -5, m.lamp_warm);
@@ -110,11 +111,27 @@ struct Builder {
 
 }  // namespace
 
-bool Homestead::keeps_clear(int32_t x, int32_t z) const {
+Homestead::PlanPosition Homestead::plan(int32_t x, int32_t z) const {
   const int64_t dx = int64_t{x} - door.x, dz = int64_t{z} - door.z;
-  const int64_t u = quarter_turns == 0 ? dx : quarter_turns == 1 ? -dz : quarter_turns == 2 ? -dx : dz;
-  const int64_t v = quarter_turns == 0 ? dz : quarter_turns == 1 ? dx : quarter_turns == 2 ? -dz : -dx;
+  return {quarter_turns == 0   ? dx
+          : quarter_turns == 1 ? -dz
+          : quarter_turns == 2 ? -dx
+                               : dz,
+          quarter_turns == 0   ? dz
+          : quarter_turns == 1 ? dx
+          : quarter_turns == 2 ? -dz
+                               : -dx};
+}
+
+bool Homestead::keeps_clear(int32_t x, int32_t z) const {
+  const auto [u, v] = plan(x, z);
   return std::abs(u) <= kYardSide + 3 && v >= kYardBack - 3 && v <= kReach;
+}
+
+bool Homestead::clears(VoxelPos p) const {
+  const auto [u, v] = plan(p.x, p.z);
+  return p.y > door.y && p.y <= door.y + kCabinHeight && std::abs(u) <= kCabinSide && v >= kCabinBack &&
+         v <= kCabinFront;
 }
 
 std::optional<Homestead> homestead_of_cell(const Relief& relief, int32_t cell_x, int32_t cell_z) {

@@ -26,8 +26,14 @@ struct Homestead {
         return {door.x - v, y, door.z + u};
     }
   }
+  struct PlanPosition {
+    int64_t u, v;
+  };
+  PlanPosition plan(int32_t x, int32_t z) const;
   /// No trees within its yard.
   bool keeps_clear(int32_t x, int32_t z) const;
+  /// Whether its cabin takes the ground away there.
+  bool clears(VoxelPos p) const;
 };
 
 /// The homestead of a 256 m cell, a pure function of the relief.

@@ -12,7 +12,7 @@ enum Stream : uint64_t { kTunnelA = 40, kTunnelB, kChambers, kRough, kOverhangs,
 uint64_t stream(uint64_t seed, uint64_t which) { return mix64(seed * 0x9e3779b97f4a7c15ull + which); }
 
 constexpr int32_t kNoCave = 1 << 22;  // of cave values: 64 times it still fits 32 bits
-constexpr int kLavaTop = 9;           // caves are filled with lava up to here
+constexpr int kPoolTop = 9;           // caves are filled with a liquid up to here
 
 /// The voxels of a leaf, from its 27 lattice points (`first` is the lowest): linear along x, then y, then z. Values
 /// come out 64 times as large. `layers` is 8, or 9 to see the voxels just above.
@@ -40,6 +40,18 @@ void interpolate(const int32_t* first, int side, int32_t* out) {
   }
 }
 
+/// The same at one place, from the 8 lattice points around it.
+int32_t interpolate(const int32_t (&corners)[2][2][2], int x, int32_t y, int z) {
+  const auto mix = [](int32_t a, int32_t b, int f) { return a * (4 - f) + b * f; };
+  const auto along_x = [&](int j, int k) { return mix(corners[0][j][k], corners[1][j][k], x & 3); };
+  return mix(mix(along_x(0, 0), along_x(1, 0), y & 3), mix(along_x(0, 1), along_x(1, 1), y & 3), z & 3);
+}
+
+/// By which an overhang's noise, 64 times as large, moves the ground.
+int32_t overhang_shift(int32_t overhang, int32_t noise) {
+  return static_cast<int32_t>(int64_t{overhang} * noise >> 18);
+}
+
 /// The least of a leaf's 27 lattice points.
 int32_t least(const int32_t* first, int side) {
   int32_t low = INT32_MAX;
@@ -60,8 +72,8 @@ struct Terrain::Scratch {
   Lattice caves, overhangs;
 };
 
-Terrain::Terrain(const Relief& relief, const Materials& materials, bool caves)
-    : materials_(materials), seed_(relief.seed()), caves_(caves) {
+Terrain::Terrain(const Relief& relief, const Materials& materials, bool caves, bool lava)
+    : materials_(materials), seed_(relief.seed()), caves_(caves), pool_(lava ? materials.lava : materials.water) {
   // Layers of rock 5 to 24 m thick; marble and sandstone are rare and thin.
   for (int y = 0, n = 0; y < 256; ++n) {
     const uint64_t dice = random_bits(seed_, n, 0, 0, 0, kLayers);
@@ -153,27 +165,44 @@ bool Terrain::is_cave(const Columns& columns, int x, int32_t y, int z) const {
         if (y0 + 4 * j >= columns.cave_top[static_cast<size_t>(Columns::index(x0 + 4 * i, z0 + 4 * k))])
           corners[i][j][k] = kNoCave;
     }
-  const auto mix = [](int32_t a, int32_t b, int f) { return a * (4 - f) + b * f; };
-  const auto along_x = [&](int j, int k) { return mix(corners[0][j][k], corners[1][j][k], x & 3); };
-  return mix(mix(along_x(0, 0), along_x(1, 0), y & 3), mix(along_x(0, 1), along_x(1, 1), y & 3), z & 3) < 0;
+  return interpolate(corners, x, y, z) < 0;
+}
+
+bool Terrain::is_ground(const Columns& columns, int x, int32_t y, int z) const {
+  if (y < 0) return true;
+  const size_t at = static_cast<size_t>(Columns::index(x, z));
+  const int32_t height = columns.height[at], overhang = columns.overhang[at];
+  const int32_t above = height - y * kMetre - kMetre / 2;  // ground, without its overhang
+  bool ground = above > 0;
+  if (std::abs(above) <= overhang) {
+    int32_t corners[2][2][2];
+    for (int i = 0; i < 2; ++i)
+      for (int j = 0; j < 2; ++j)
+        overhang_row(int64_t{columns.x0} + (x & ~3) + 4 * i, (y & ~3) + 4 * j, int64_t{columns.z0} + (z & ~3), 2,
+                     corners[i][j]);
+    ground = above + overhang_shift(overhang, interpolate(corners, x, y, z)) > 0;
+  }
+  return ground && !is_cave(columns, x, y, z);
+}
+
+void Terrain::overhang_row(int64_t x, int32_t y, int64_t z, int count, int32_t* out) const {
+  int32_t fine[Lattice::kSide];
+  noise3_row(stream(seed_, kOverhangs), 5, 4, x, y, z, Lattice::kStep, count, out);
+  noise3_row(stream(seed_, kOverhangs) + 1, 4, 3, x, y, z, Lattice::kStep, count, fine);
+  for (int i = 0; i < count; ++i) out[i] = std::clamp((out[i] * 3 + fine[i]) >> 2, -kNoiseOne, kNoiseOne);
 }
 
 /// Around the heights of the columns that have overhangs. Elsewhere old values stay, which decide nothing: noise is at
 /// most 1, so it moves no ground by more than the overhang.
 void Terrain::make_overhangs(const Columns& columns, int32_t y0, Lattice& out) const {
-  int32_t fine[Lattice::kSide];
   for (int x = 0; x < Lattice::kSide; ++x) {
     const Heights heights = heights_around(columns, x * Lattice::kStep, true);
     if (heights.low > heights.high) continue;
     const int first = std::clamp((heights.low - kMaxOverhang - 16 - y0) / Lattice::kStep, 0, Lattice::kSide);
     const int end = std::clamp((heights.high + kMaxOverhang + 16 - y0) / Lattice::kStep, 0, Lattice::kSide);
-    for (int y = first; y < end; ++y) {
-      int32_t* row = out.row(x, y, 0);
-      const int64_t wx = int64_t{columns.x0} + x * Lattice::kStep, wy = y0 + y * Lattice::kStep;
-      noise3_row(stream(seed_, kOverhangs), 5, 4, wx, wy, columns.z0, Lattice::kStep, Lattice::kSide, row);
-      noise3_row(stream(seed_, kOverhangs) + 1, 4, 3, wx, wy, columns.z0, Lattice::kStep, Lattice::kSide, fine);
-      for (int z = 0; z < Lattice::kSide; ++z) row[z] = std::clamp((row[z] * 3 + fine[z]) >> 2, -kNoiseOne, kNoiseOne);
-    }
+    for (int y = first; y < end; ++y)
+      overhang_row(int64_t{columns.x0} + x * Lattice::kStep, y0 + y * Lattice::kStep, columns.z0, Lattice::kSide,
+                   out.row(x, y, 0));
   }
 }
 
@@ -205,8 +234,7 @@ void Terrain::surface_leaf(const Columns& columns, const Lattice* overhangs, Vox
       const int32_t* n = noise + x * 72 + z;
       for (int y = 0; y < 8; ++y) {
         const auto density = [&](int j) {
-          const int32_t shift = static_cast<int32_t>(int64_t{overhang} * n[j * 8] >> 18);
-          return height + shift - (y0 + j) * kMetre - kMetre / 2;
+          return height + overhang_shift(overhang, n[j * 8]) - (y0 + j) * kMetre - kMetre / 2;
         };
         const int32_t here = density(y);
         if (here <= 0)
@@ -250,7 +278,7 @@ void Terrain::carve(const Lattice& caves, VoxelPos offset, int32_t y0, Canvas::L
   for (int v = 0; v < kLeafVoxels; ++v) {
     BlockId& voxel = out[static_cast<size_t>(v)];
     if (value[v] < 0 && voxel != materials_.water && voxel != kAir)
-      voxel = y0 + (v >> 3 & 7) <= kLavaTop ? materials_.lava : kAir;
+      voxel = y0 + (v >> 3 & 7) <= kPoolTop ? pool_ : kAir;
   }
 }
 

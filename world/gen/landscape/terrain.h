@@ -1,4 +1,5 @@
-/// Fills a region with ground, water, caves and ores. Most leaves are decided by bounds, without a visit to a voxel:
+/// Fills a region with ground, water, caves and ores; deep caves hold water, or lava. Most leaves are decided by
+/// bounds, without a visit to a voxel:
 ///
 ///   above all ground of its 64 columns    air, or water up to the water level
 ///   below all soil                        one kind of rock, unless the cave lattice or the leaf's own dice say more
@@ -17,11 +18,14 @@ namespace world::landscape {
 
 class Terrain {
  public:
-  Terrain(const Relief& relief, const Materials& materials, bool caves);
+  Terrain(const Relief& relief, const Materials& materials, bool caves, bool lava);
 
   void fill(const Columns& columns, Canvas& canvas) const;
   /// Whether a cave takes the voxel; x and z relative to the region of `columns`, within -6..133.
   bool is_cave(const Columns& columns, int x, int32_t y, int z) const;
+  /// Whether fill() puts rock or soil there; x and z as for is_cave().
+  bool is_ground(const Columns& columns, int x, int32_t y, int z) const;
+  BlockId rock(int32_t y, int strata) const { return layers_[static_cast<size_t>((y + strata) & 255)]; }
 
  private:
   /// One value every 4 m of a region, z fastest.
@@ -36,16 +40,17 @@ class Terrain {
 
   void cave_row(int64_t x, int32_t y, int64_t z, int count, int32_t* out) const;
   bool make_caves(const Columns& columns, int32_t y0, Lattice& out) const;
+  void overhang_row(int64_t x, int32_t y, int64_t z, int count, int32_t* out) const;
   void make_overhangs(const Columns& columns, int32_t y0, Lattice& out) const;
   void surface_leaf(const Columns& columns, const Lattice* overhangs, VoxelPos offset, int32_t y0,
                     Canvas::Leaf& out) const;
   void add_ore(VoxelPos leaf, bool beside_cave, Canvas::Leaf& out) const;
   void carve(const Lattice& caves, VoxelPos offset, int32_t y0, Canvas::Leaf& out) const;
-  BlockId rock(int32_t y, int strata) const { return layers_[static_cast<size_t>((y + strata) & 255)]; }
 
   const Materials& materials_;
   uint64_t seed_;
   bool caves_;
+  BlockId pool_;                     // what lies in deep caves
   std::array<BlockId, 256> layers_;  // rock by y
   std::vector<uint8_t> is_rock_;     // by block id
 };
