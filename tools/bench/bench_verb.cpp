@@ -9,10 +9,13 @@
 
 #include "tools/bench/absent.h"
 #include "tools/bench/compare.h"
+#include "tools/bench/document.h"
 #include "tools/bench/html_report.h"
+#include "tools/bench/kept_results.h"
 #include "tools/bench/plot.h"
 #include "tools/bench/report.h"
 #include "tools/bench/stability.h"
+#include "world/base/file.h"
 #include "world/base/text.h"
 #include "world/formats/format.h"
 
@@ -138,6 +141,7 @@ Result<int> bench_run(const Registry& registry, const BenchRequest& request) {
   const std::vector<RowResult> results = run_each(
       rows, [](const Registry::Row& row) { return row.suite + "/" + row.bench.name; },
       [&](const Registry::Row& row) { return run_row(row, context, options); });
+  if (!request.keep_folder.empty()) TRY_STATUS(keep_rows(request.keep_folder, machine, options, registry, results));
   if (request.json)
     std::cout << run_json(machine, options, results).dump(2) << '\n';
   else
@@ -195,6 +199,8 @@ Result<int> bench_pareto(const Registry& registry, const BenchRequest& request) 
     show_progress(results.size(), subjects.size(), subject.name + time_left.text(results.size()));
     results.push_back(run_subject(subject, context, options));
     TRY_STATUS(write_plots(request.plot_folder, results.back()));
+    if (!request.keep_folder.empty() && results.back().error.empty())
+      TRY_STATUS(keep_subject(request.keep_folder, machine, options, results.back()));
     // After each, so that a run that is stopped leaves what it has.
     TRY_STATUS(write_report(request.report_folder, machine, options, results));
   }
@@ -262,14 +268,40 @@ Result<int> bench_stability(const BenchRequest& request) {
 }
 
 Result<int> bench_compare(const std::filesystem::path& before, const std::filesystem::path& after, bool json) {
-  TRY(const Json old_result, read_result(before));
-  TRY(const Json new_result, read_result(after));
+  const auto read = [](const std::filesystem::path& path) {
+    return std::filesystem::is_directory(path) ? merged_result(path) : read_result(path);
+  };
+  TRY(const Json old_result, read(before));
+  TRY(const Json new_result, read(after));
   TRY(const Comparison comparison, compare_results(old_result, before.string(), new_result, after.string()));
   if (json)
     std::cout << comparison_json(comparison).dump(2) << '\n';
   else
     std::cout << comparison_text(comparison);
   return comparison.regressed() ? static_cast<int>(world::ErrorKind::comparison) : 0;
+}
+
+Result<int> bench_document(const DocumentRequest& request) {
+  const std::string file = request.file.string();
+  TRY(const KeptResults kept,
+      KeptResults::read(request.results.empty() ? request.file.parent_path() / "tools" / "bench" / "results"
+                                                : request.results));
+  TRY(const std::vector<uint8_t> bytes, world::read_file(request.file, uint64_t{1} << 28));
+  TRY(const DocumentResult result, document(std::string(bytes.begin(), bytes.end()), file, kept));
+  if (!request.check && !result.changes.empty()) TRY_STATUS(world::write_bytes_atomically(request.file, result.text));
+  if (request.json) {
+    Json json = {{"file", file}, {"rows", result.rows.size()}, {"quick", result.quick}, {"moved", Json::array()}};
+    for (const DocumentChange& c : result.changes)
+      json["moved"].push_back({{"line", c.line}, {"row", c.row}, {"before", c.before}, {"after", c.after}});
+    std::cout << json.dump(2) << '\n';
+  } else {
+    for (const DocumentChange& c : result.changes)
+      std::cout << fmt::format("{}:{}: {}: \"{}\" -> \"{}\"\n", file, c.line, c.row, c.before, c.after);
+    std::cout << fmt::format("{}: {} numbers, {} {}{}\n", file, result.rows.size(), result.changes.size(),
+                             request.check ? "would move" : "moved",
+                             result.quick ? fmt::format(", {} from quick runs", result.quick) : std::string());
+  }
+  return request.check && !result.changes.empty() ? static_cast<int>(world::ErrorKind::comparison) : 0;
 }
 
 }  // namespace tools

@@ -1,5 +1,5 @@
-/// loam bench list | run [SUITE...] | pareto | absent | stability | compare A.json B.json: the benchmark runner's
-/// commands.
+/// loam bench list | run [SUITE...] | pareto | absent | stability | compare A.json B.json | document FILE: the
+/// benchmark runner's commands.
 #pragma once
 
 #include <filesystem>
@@ -18,6 +18,7 @@ struct BenchRequest {
   uint64_t seed = 1;
   std::filesystem::path plot_folder;    // pareto: one SVG and one CSV a subject
   std::filesystem::path report_folder;  // pareto: report.html, accuracy.md, pareto.csv, pareto.json
+  std::filesystem::path keep_folder;    // run, pareto: a file a suite or subject (kept_results.h)
 };
 
 /// What a request names; the error of an unknown name holds the nearest known one.
@@ -34,7 +35,16 @@ Result<int> bench_pareto(const Registry& registry, const BenchRequest& request);
 Result<int> bench_absent(const BenchRequest& request);
 /// 1 where a hard case doesn't keep its bound. Names: hard cases.
 Result<int> bench_stability(const BenchRequest& request);
-/// 1 on a regression.
+/// 1 on a regression. Files, or folders of kept results.
 Result<int> bench_compare(const std::filesystem::path& before, const std::filesystem::path& after, bool json);
+
+struct DocumentRequest {
+  std::filesystem::path file;     // Markdown with marks (document.h)
+  std::filesystem::path results;  // empty: tools/bench/results beside the file
+  bool check = false;             // writes nothing
+  bool json = false;
+};
+/// 1 where `check` found a number that would move.
+Result<int> bench_document(const DocumentRequest& request);
 
 }  // namespace tools

@@ -67,8 +67,9 @@ world::Result<Rows> rows_of_subjects(const Json& json, const std::string& file) 
   return rows;
 }
 
+/// A folder of results may have both kinds.
 world::Result<Rows> rows_of(const Json& json, const std::string& file) {
-  if (of_subjects(json)) return rows_of_subjects(json, file);
+  if (of_subjects(json) && !json.contains("rows")) return rows_of_subjects(json, file);
   const auto bad = [&](const std::string& what) {
     return world::input_error(file + " is not a result of `loam bench run --json`: " + what);
   };
@@ -86,6 +87,10 @@ world::Result<Rows> rows_of(const Json& json, const std::string& file) {
     Row row{item["unit"], item["better"] == "higher", item["value"], item["value"], item["value"]};
     take_quartiles(item, "spread", row);
     rows[item["suite"].get<std::string>() + "/" + item["name"].get<std::string>()] = row;
+  }
+  if (of_subjects(json)) {
+    TRY(Rows points, rows_of_subjects(json, file));
+    rows.merge(points);
   }
   return rows;
 }
@@ -115,7 +120,8 @@ world::Result<Json> read_result(const std::filesystem::path& path) {
 
 world::Result<Comparison> compare_results(const Json& before, const std::string& before_name, const Json& after,
                                           const std::string& after_name) {
-  if (of_subjects(before) != of_subjects(after))
+  const auto has_rows = [](const Json& json) { return !of_subjects(json) || json.contains("rows"); };
+  if (has_rows(before) != has_rows(after) && of_subjects(before) != of_subjects(after))
     return world::input_error(
         fmt::format("{} is a result of `loam bench run`, and {} of `pareto`: compare two of a kind",
                     of_subjects(before) ? after_name : before_name, of_subjects(before) ? before_name : after_name));

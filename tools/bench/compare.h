@@ -1,4 +1,5 @@
-/// Two results of `bench run --json`, or two of `bench pareto --json`: which rows changed for sure.
+/// Two results of `bench run --json`, or two of `bench pareto --json`, or two folders of kept ones: which rows changed
+/// for sure.
 ///
 /// Each point of a subject is three rows: its error and its time, as rows of `run`, and its work, which is the same on
 /// every machine: 2 % more of it is a regression, unless the error fell.

@@ -17,8 +17,9 @@ struct FlightReport {
   double mean_stall_ms = 0;
   size_t most_bytes = 0;                                                             // counted by the streamer
   size_t resident_bytes_start = 0, resident_bytes_end = 0, most_resident_bytes = 0;  // of the process, as Linux counts
-  double least_held_radius_m = 0;  // all regions nearer than this were there, in every frame after the first second
-  double frames_waited = 0;        // real frames spent waiting for regions; 0: the world always came in time
+  size_t resident_bytes_before = 0;  // before the streamer was made: what others keep in memory
+  double least_held_radius_m = 0;    // all regions nearer than this were there, in every frame after the first second
+  double frames_waited = 0;          // real frames spent waiting for regions; 0: the world always came in time
   world::StreamingReport streaming;
 };
 
