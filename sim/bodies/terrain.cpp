@@ -40,7 +40,7 @@ void BodyTerrain::refresh() {
     const world::Block& block = palette[static_cast<world::BlockId>(id)];
     const world::Proxy* shape = block.proxy.empty() ? nullptr : world::find_proxy(block.proxy);
     own_->shapes.shape.push_back(shape), own_->shapes.fills.push_back(!shape && block.opaque);
-    own_->filling.push_back(!shape ? Filling::full : shape->boxes.empty() ? Filling::open : Filling::shaped);
+    own_->filling.push_back(!shape ? Filling::full : shape->stops_bodies() ? Filling::shaped : Filling::open);
     own_->density.push_back(block.density.value);
   }
 }

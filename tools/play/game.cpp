@@ -136,7 +136,7 @@ void Game::press(Action action) {
       next_use_s_ = SimThread::now_s() + kUseFirstS;
       break;
     case Action::pick_block:
-      if (target_.hit) take_in_hand(target_.block);
+      if (target_.hit) take_in_hand(upright_form(palette_, shapes_, target_.block));
       break;
     case Action::next_brush:
       brush_by(1);
@@ -367,7 +367,7 @@ bool Game::blocks_player(const EditBatch& batch) const {
   for (const EditBatch::Op& op : batch.ops()) {
     const world::Phase phase = palette_[op.block].phase;
     if (op.block == world::kAir || phase == world::Phase::gas || phase == world::Phase::liquid) continue;
-    if (const world::Proxy* shape = shapes_.shape[op.block]; shape && shape->boxes.empty()) continue;
+    if (const world::Proxy* shape = shapes_.shape[op.block]; shape && !shape->stops_bodies()) continue;
     bool meets = true;
     for (int a = 0; a < 3; ++a) meets &= op.box.min[a] <= high.voxel[a] && op.box.max[a] >= low.voxel[a];
     if (meets) return true;
@@ -378,11 +378,15 @@ bool Game::blocks_player(const EditBatch& batch) const {
 void Game::place_single(bool places) {
   if (!target_.hit) return;
   EditBatch batch;
-  if (places)
-    batch.set(target_.beside(), in_hand());
-  else
-    batch.set(target_.voxel, world::kAir);
   if (places && in_hand() == world::kAir) return;
+  if (places) {
+    std::optional<BlockId> form;
+    pictures_->with_world([&](const world::World& world) { form = form_beside(world, shapes_, in_hand(), target_); });
+    if (!form) return say("that needs a block below it, or a wall that bears it");
+    batch.set(target_.beside(), *form);
+  } else {
+    batch.set(target_.voxel, world::kAir);
+  }
   if (places && blocks_player(batch)) return;
   edit(std::move(batch), places ? "place" : "break");
 }

@@ -25,7 +25,7 @@ bool is_open(const world::World& world, VoxelPos v) {
   if (block.name == (*world.palette)[world::kAir].name) return true;
   if (block.phase == world::Phase::gas || block.phase == world::Phase::liquid) return true;
   const world::Proxy* shape = block.proxy.empty() ? nullptr : world::find_proxy(block.proxy);
-  return shape && shape->boxes.empty();
+  return shape && !shape->stops_bodies();
 }
 
 /// The first voxel below that holds up a player, as far as kMostDrop.

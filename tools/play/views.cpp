@@ -85,6 +85,7 @@ std::optional<world::BlockId> PaletteView::draw(const Game& game, float scale, b
     const auto id = static_cast<world::BlockId>(n);
     const world::Block& block = palette[id];
     if (!search_.empty() && !contains_text(block.name, search_)) continue;
+    if (upright_form(palette, *shapes_, id) != id) continue;  // the hand turns it to the wall
     const std::string_view category = category_of(block, *shapes_, id);
     if (search_.empty() && category_ != "All" && category != category_) continue;
     if (shown++ % across != 0) ImGui::SameLine(0, 6 * scale);

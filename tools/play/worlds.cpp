@@ -36,6 +36,15 @@ world::Scene scene_of_new(const WorldChoice& choice) {
   return scene;
 }
 
+/// Blocks that Loam has gained since the world was made.
+void add_new_blocks(world::BlockPalette& palette) {
+  const world::BlockPalette& standard = world::standard_blocks();
+  for (size_t id = 0; id < standard.size(); ++id) {
+    const world::Block& block = standard[static_cast<world::BlockId>(id)];
+    if (!palette.find(block.name) && !palette.add(block)) return;  // there is no room for more
+  }
+}
+
 }  // namespace
 
 std::filesystem::path free_world_path(const std::string& name) {
@@ -61,6 +70,7 @@ world::Result<OpenedWorld> open_world(const WorldChoice& choice) {
     TRY(played.session, world::SaveSession::open(choice.scene, options));
     played.scene = choice.scene, played.path = std::filesystem::absolute(choice.scene, ignored);
     played.name = played.path.stem().string();
+    add_new_blocks(*played.world().palette);
     TRY_STATUS(world::add_scene_reactions(choice.scene, played.world()));
     return opened;
   }

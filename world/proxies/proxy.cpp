@@ -83,6 +83,8 @@ Result<Proxy> read_proxy(const std::string& name, std::string_view text, const s
   root.require("what", proxy.what);
   for (TomlTable& table : root.array_of_tables("box")) read_box(table, proxy);
   for (TomlTable& table : root.array_of_tables("quad")) read_quad(table, proxy);
+  root.read_choice("borne_by", proxy.borne_by, kSides);
+  root.read("passable", proxy.passable);
   if (proxy.boxes.empty() && proxy.quads.empty()) root.fail({}, "a proxy needs at least one [[box]] or [[quad]]");
   if (proxy.boxes.size() + proxy.quads.size() > kMostProxyParts)
     root.fail({}, "a proxy has at most " + std::to_string(kMostProxyParts) + " boxes and quads");

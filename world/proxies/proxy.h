@@ -10,6 +10,8 @@
 ///   corner = [0.125, 0, 0.125]
 ///   u = [0.75, 0, 0.75]
 ///   v = [0, 1, 0]
+///   borne_by = "-y"              optional: the side on which the block that bears it is, where one is placed by hand
+///   passable = true              optional: bodies pass through it, as they do where there are quads alone
 /// Coordinates are floats, so that shared planes are shared bit by bit, here, in a ray caster and on a GPU.
 #pragma once
 
@@ -25,7 +27,7 @@
 
 namespace world {
 
-constexpr int kAlways = -1;
+constexpr int kAlways = -1;  // in place of a Face: whatever is beside
 constexpr size_t kMostProxyParts = 32;
 
 struct ProxyBox {
@@ -43,6 +45,10 @@ struct Proxy {
   std::string name, what;
   std::vector<ProxyBox> boxes;
   std::vector<ProxyQuad> quads;
+  int borne_by = kAlways;  // a Face; kAlways: it needs none
+  bool passable = false;
+
+  bool stops_bodies() const { return !passable && !boxes.empty(); }
 
   // Derived by finish() from the parts.
   uint8_t may_join = 0;  // bit f: some part is there only where Face f joins

@@ -34,8 +34,8 @@ TEST(Sweep, FindsTheFirstOverlapOfAllCubesAndShapes) {
   // Numbers with few bits, so that the reference's quotients are the same where times are equal.
   for (int i = 0; i < 700; ++i) {
     const VoxelPos v{int32_t(draw(1, i, 0, 16)) - 8, int32_t(draw(1, i, 1, 16)) - 8, int32_t(draw(1, i, 2, 16)) - 8};
-    const char* const kBlocks[] = {"stone", "stone", "torch"};
-    fill(w, v, v, kBlocks[draw(1, i, 3, w.palette->find("torch") ? 3 : 2)]);
+    const char* const kBlocks[] = {"stone", "stone", "fence_oak"};
+    fill(w, v, v, kBlocks[draw(1, i, 3, w.palette->find("fence_oak") ? 3 : 2)]);
   }
   BodyTerrain terrain(w.store);
   terrain.refresh();

@@ -63,6 +63,60 @@ TEST_F(Hands, PouringAddsAboveWhatIsThereAlready) {
   EXPECT_EQ(room_to_pour(world, shapes, {0, 1, 0}, water), std::nullopt);
 }
 
+TEST_F(Hands, ATorchLeansOnTheWallThatIsPointedAt) {
+  set({0, 0, 0}, "granite");
+  const world::BlockId torch = block(world, "torch");
+  const char* const kLeans[] = {"torch_east", "torch_west", nullptr, "torch", "torch_south", "torch_north"};  // by face
+  for (int face = 0; face < world::kFaces; ++face) {
+    const VoxelPos step = world::face_step(face);
+    const world::Vec3d out(step.x, step.y, step.z);
+    const Pick target = pick(world, shapes, WorldPoint{{0, 0, 0}, world::Vec3d(0.5)} + 3.0 * out, -out, 6);
+    const auto form = form_beside(world, shapes, torch, target);
+    ASSERT_EQ(form.has_value(), kLeans[face] != nullptr) << "nothing hangs from a ceiling";
+    if (!form) continue;
+    EXPECT_EQ((*world.palette)[*form].name, kLeans[face]);
+    EXPECT_EQ(upright_form(*world.palette, shapes, *form), torch);
+    // It touches the wall, and is what is picked there.
+    const world::Proxy& shape = *shapes.shape[*form];
+    const int axis = world::face_axis(face), sign = world::face_sign(face);
+    EXPECT_EQ(sign > 0 ? shape.bounds[0].low[axis] : shape.bounds[0].high[axis], sign > 0 ? 0 : 1);
+    set(step, kLeans[face]);
+    const VoxelPos beside = axis == 0 ? VoxelPos{0, 0, 1} : VoxelPos{1, 0, 0};
+    const world::ProxyBox& head = shape.boxes.back();
+    const WorldPoint eye =
+        WorldPoint{step, world::Vec3d(head.low + head.high) / 2.0} + 3.0 * world::Vec3d(beside.x, beside.y, beside.z);
+    const Pick seen = pick(world, shapes, eye, -world::Vec3d(beside.x, beside.y, beside.z), 6);
+    ASSERT_TRUE(seen.hit);
+    EXPECT_EQ(seen.voxel, step);
+    EXPECT_FALSE(seen.replaceable);
+    set(step, "air");
+  }
+}
+
+TEST_F(Hands, WhatNeedsABearerStandsOnGroundOrIsRefused) {
+  set({0, 3, 0}, "granite"), set({3, 0, 0}, "granite"), set({6, 0, 0}, "granite"), set({6, 1, 0}, "tall_grass");
+  const auto named = [&](const char* name, const Pick& target) {
+    const auto form = form_beside(world, shapes, block(world, name), target);
+    return form ? (*world.palette)[*form].name : "";
+  };
+  const auto at = [&](VoxelPos v, int face) {
+    return Pick{.hit = true,
+                .voxel = v,
+                .face = face,
+                .replaceable = is_replaceable(*world.palette, shapes, world.store.get(v))};
+  };
+  EXPECT_EQ(named("torch", at({0, 3, 0}, world::kFaceNegY)), "");
+  set({1, 2, 0}, "granite");
+  EXPECT_EQ(named("torch", at({0, 3, 0}, world::kFaceNegY)), "torch_east") << "there is a wall beside it";
+  set({0, 1, 0}, "granite");
+  EXPECT_EQ(named("torch", at({0, 3, 0}, world::kFaceNegY)), "torch");
+  EXPECT_EQ(named("candle", at({3, 0, 0}, world::kFacePosX)), "") << "a candle leans on nothing";
+  EXPECT_EQ(named("candle", at({3, 0, 0}, world::kFacePosY)), "candle");
+  EXPECT_EQ(named("torch", at({6, 1, 0}, world::kFacePosX)), "torch") << "in the place of the grass";
+  EXPECT_EQ(named("lantern", at({0, 3, 0}, world::kFaceNegY)), "lantern");
+  EXPECT_EQ(named("granite", at({0, 3, 0}, world::kFaceNegY)), "granite");
+}
+
 TEST_F(Hands, PickIsTheSameFarFromTheOrigin) {
   const VoxelPos far{1'000'000'000, 80, -1'000'000'000};
   set({0, 0, 0}, "granite"), set(far, "granite");

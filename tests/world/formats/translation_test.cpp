@@ -48,6 +48,21 @@ TEST(Translation, WhatOnlyLooksLikeItKeepsItsNameAndItsProperties) {
             "panel_west");
 }
 
+TEST(Translation, ATorchOnAWallLeansOnTheOneBehindIt) {
+  const TranslationTable& table = translation_table("minecraft");
+  const std::pair<const char*, const char*> kBehind[] = {
+      {"east", "west"}, {"west", "east"}, {"north", "south"}, {"south", "north"}};
+  for (const auto& [facing, behind] : kBehind) {
+    const std::string leans = std::string("torch_") + behind, property = std::string("[facing=") + facing + "]";
+    for (const char* name : {"wall_torch", "soul_wall_torch"})
+      EXPECT_EQ(translate(table, parse_state(name + property))->block.name, leans);
+    EXPECT_EQ(translate(table, parse_state("redstone_wall_torch" + property))->block.proxy, leans);
+  }
+  EXPECT_EQ(translate(table, parse_state("torch"))->block.name, "torch");
+  EXPECT_EQ(translate(table, parse_state(numeric_state(table, "50:1")))->block.name, "torch_west");
+  EXPECT_EQ(translate(table, parse_state(numeric_state(table, "50:5")))->block.name, "torch");
+}
+
 TEST(Translation, NumericIdsBecomeNames) {
   EXPECT_EQ(block_of("1:0").name, "stone");
   EXPECT_EQ(block_of("1:5").name, "andesite");
