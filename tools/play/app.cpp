@@ -33,6 +33,20 @@ constexpr double kUnfocusedS = 0.1;
 constexpr float kFirstReachM = 128;  // of a world's first picture
 constexpr double kStatusEveryS = 0.1, kSettingsEveryS = 5;
 
+struct OpenedGame {
+  std::unique_ptr<Game> game;
+  std::vector<std::string> warnings;
+};
+/// On any thread: the window stays alive meanwhile.
+world::Result<OpenedGame> open_game(const WorldChoice& choice, const PlaySettings& settings,
+                                    const std::filesystem::path& record) {
+  TRY(OpenedWorld opened, open_world(choice));
+  OpenedGame all;
+  all.warnings = std::move(opened.warnings);
+  TRY(all.game, Game::make(std::move(opened.played), settings, {.record = record, .own_file = opened.made_file}));
+  return all;
+}
+
 enum class Over { nothing, palette, console, pause, panel, help, unsaved };
 
 class App {
@@ -59,6 +73,7 @@ class App {
   void show(Over over);
   void frame();
   void draw_start();
+  void draw_progress(const std::string& what);
   void draw_game();
   void draw_over();
   void draw_notice();
@@ -102,7 +117,7 @@ class App {
 
   struct Loading {
     std::string what;
-    std::future<world::Result<OpenedWorld>> opened;
+    std::future<world::Result<OpenedGame>> opened;
   };
   std::optional<Loading> loading_;
 
@@ -344,7 +359,10 @@ void App::start(const WorldChoice& choice) {
   notice_.clear();
   Loading loading;
   loading.what = choice.scene.empty() ? choice.name : std::filesystem::path(choice.scene).stem().string();
-  loading.opened = std::async(std::launch::async, [choice] { return open_world(choice); });
+  loading.opened = std::async(std::launch::async, [choice, settings = settings_, record = options_.record] {
+    return open_game(choice, settings, record);
+  });
+  options_.record.clear();  // of the first world alone
   loading_.emplace(std::move(loading));
   begun_s_ = now_s();
 }
@@ -357,15 +375,8 @@ void App::follow_loading() {
     notice_ = opened.error().message;
     return;
   }
-  const std::filesystem::path path = opened->played->path;
-  auto game =
-      Game::make(std::move(opened->played), settings_, {.record = options_.record, .own_file = opened->made_file});
-  options_.record.clear();  // of the first world alone
-  if (!game) {
-    notice_ = game.error().message;
-    return;
-  }
-  game_ = std::move(*game);
+  game_ = std::move(opened->game);
+  const std::filesystem::path path = game_->path();
   if (game_->picture.backend == "raster") pace_.simplify(game_->picture.knobs);
   words_ = words();
   has_picture_ = false;
@@ -523,7 +534,7 @@ void App::send_textures() {
   if (window_->devices_lost() != devices_lost_) {
     devices_lost_ = window_->devices_lost();
     numbers_.shown_by = window_->presenter().name();
-    has_picture_ = false;
+    has_picture_ = false, begun_s_ = now_s();
     for (auto& [name, made] : thumbnail_pictures_)
       for (SceneEntry& entry : scenes_)
         if (entry.name == name) entry.texture = nullptr;
@@ -561,13 +572,24 @@ void App::draw_notice() {
   if (!open) notice_.clear();
 }
 
+/// In the middle, while there is nothing else to see: what is done, since when, and a bar that moves.
+void App::draw_progress(const std::string& what) {
+  const ImGuiIO& io = ImGui::GetIO();
+  const double since_s = now_s() - begun_s_;
+  const std::string text = fmt::format("{} ... {:.0f} s", what, std::floor(since_s));
+  const ImVec2 e = ImGui::CalcTextSize(text.c_str());
+  ImDrawList* list = ImGui::GetBackgroundDrawList();
+  const float x = io.DisplaySize.x / 2, y = io.DisplaySize.y / 2, half = 120 * scale();
+  list->AddText({x - e.x / 2, y - 1.5f * e.y}, IM_COL32_WHITE, text.c_str());
+  list->AddRectFilled({x - half, y}, {x + half, y + 4 * scale()}, IM_COL32(255, 255, 255, 60));
+  const float at = x - half + 1.5f * half * static_cast<float>(0.5 - 0.5 * std::cos(since_s * 3));
+  list->AddRectFilled({at, y}, {at + half / 2, y + 4 * scale()}, IM_COL32(255, 255, 255, 220));
+}
+
 void App::draw_start() {
   const ImGuiIO& io = ImGui::GetIO();
   if (loading_) {
-    const std::string text = "Opening " + loading_->what + " ...";
-    const ImVec2 e = ImGui::CalcTextSize(text.c_str());
-    ImGui::GetBackgroundDrawList()->AddText({(io.DisplaySize.x - e.x) / 2, io.DisplaySize.y / 2}, IM_COL32_WHITE,
-                                            text.c_str());
+    draw_progress("Opening " + loading_->what);
     return;
   }
   if (!thumbnails_) thumbnails_ = std::make_unique<Thumbnails>();
@@ -611,6 +633,8 @@ void App::draw_game() {
   const float width = io.DisplaySize.x, height = io.DisplaySize.y;
   if (has_picture_)
     ImGui::GetBackgroundDrawList()->AddImage(window_->presenter().texture(kPictureTexture), {0, 0}, {width, height});
+  else
+    draw_progress("Drawing " + game_->name());
   if (game_->view == ViewMode::split) drag_split();
   if (hud_) {
     if (has_picture_) draw_outline(*game_, picture_camera_, width, height);
