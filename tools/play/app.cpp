@@ -636,8 +636,8 @@ void App::draw_game() {
   else
     draw_progress("Drawing " + game_->name());
   if (game_->view == ViewMode::split) drag_split();
-  if (hud_) {
-    if (has_picture_) draw_outline(*game_, picture_camera_, width, height);
+  if (hud_ && has_picture_) {
+    draw_outline(*game_, picture_camera_, width, height);
     draw_hud(*game_, settings_.bindings, width, height, scale());
     draw_statistics(*game_, numbers_, statistics_, scale());
     if (game_->view == ViewMode::error && picture_.difference) {

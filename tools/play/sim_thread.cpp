@@ -354,7 +354,10 @@ void SimThread::run() {
         say("the world could not be saved and is kept in memory: " + error->message);
         told = error, told_s = now_s();
       }
-      if (!error) told.reset();
+      if (!error && told && !played_->session->is_saving()) {
+        say("the world is saved again");
+        told.reset();
+      }
     }
     const bool all = now_s() - last_full_s_ > kFullEveryS;
     if (all) last_full_s_ = now_s();

@@ -61,7 +61,7 @@ Error Database::failed(const std::string& what) const {
     text += fmt::format(" ({})", std::strerror(system));
   switch (code & 0xff) {
     case SQLITE_FULL:
-      text += "; free some space on the disk and save again";
+      text += "; free some space on the disk";
       break;
     case SQLITE_BUSY:
       text += "; another program has it open";

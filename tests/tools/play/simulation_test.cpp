@@ -584,6 +584,7 @@ TEST(SimThread, OnAFullDiskAutosaveSaysSoAndTheWorldIsSavedOnceThereIsRoom) {
   thread->wait_for(thread->ask(all), 5);
   EXPECT_EQ(thread->state().unsaved, "");
   EXPECT_TRUE(until([](const PlayState& s) { return s.saves >= 2; }));
+  EXPECT_TRUE(until([](const PlayState& s) { return s.message == "the world is saved again"; }));
   ASSERT_TRUE(thread->stop(0, 0).ok());
   const uint64_t hash = thread->played().world().store.content_hash();
   thread.reset();
