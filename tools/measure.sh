@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Measures what README.md says again, keeps it in tools/bench/results/, and writes it into README.md. For an idle machine:
-# a suite a process, so that none has another's memory; some 15 minutes for the suites on two cores, and eleven more for
-# the subjects. What has ended is kept when it is stopped.
+# a suite a process, so that none has another's memory; some 13 minutes for the suites on two cores, and twelve for the
+# subjects. What has ended is kept when it is stopped.
 #
 #   tools/measure.sh              all suites, then all subjects (report.html, with pictures, goes to out/report)
 #   tools/measure.sh suites       `loam bench run` of every suite

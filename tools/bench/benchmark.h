@@ -136,7 +136,8 @@ struct Bench {
 /// are kept and drawn as failures.
 struct ErrorSample {
   std::vector<double> errors;
-  double bias = 0;  // signed, in the unit of the first metric
+  double bias = 0;         // signed, in the unit of the first metric
+  double noise_floor = 0;  // of this problem's reference, where that was measured; else the subject's
 };
 
 /// One method at one setting of its knobs.
@@ -165,10 +166,10 @@ struct Subject {
   std::string name = {};             // lower_snake_case; by default the file's name
   std::string question;              // one line
   std::string reference;             // closed form, exact arithmetic, or another algorithm in two halves; say which
-  std::vector<std::string> metrics;  // the first is the error axis; with units
+  std::vector<std::string> metrics;  // two or more, the first is the error axis; with units
   std::string work_unit;             // "transforms", "steps", "rays"
   std::string knob_unit = "knob";    // "samples a pixel": what a setting's knob counts
-  double noise_floor = 0;            // of the reference, in the unit of the first metric; 0 = exact
+  double noise_floor = 0;            // of the reference, in the unit of the first metric; 0 = exact, or by sample
   int threads = 1;
   std::map<std::string, ExpectedSlope> expected_slopes = {};  // by method
   std::map<std::string, double> bias_limits =

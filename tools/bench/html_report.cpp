@@ -33,7 +33,8 @@ std::vector<Choice> choose(const SubjectResult& subject, double asked, Allowed a
   for (const std::string& problem : problems_of(subject)) {
     Choice choice{problem, asked, nullptr};
     for (const PointResult& p : subject.points)
-      if (p.problem == problem && !p.failed && allowed(p) && (!choice.point || less(p, *choice.point)))
+      if (p.problem == problem && !p.failed && !p.is_reference && allowed(p) &&
+          (!choice.point || less(p, *choice.point)))
         choice.point = &p;
     choices.push_back(choice);
   }
@@ -94,13 +95,14 @@ Table choices_table(const SubjectResult& s, bool equal_time) {
       {"problem", equal_time ? "within, ms" : "error of at most", equal_time ? "nearest" : "cheapest", error, "ms"}};
   const auto rows = [&](const std::vector<Choice>& choices) {
     for (const Choice& c : choices)
-      table.push_back({name_of(c.problem), number_text(c.asked), c.point ? c.point->setting : "none",
-                       c.point ? number_text(error_of(*c.point)) : "", c.point ? number_text(c.point->ms.median) : ""});
+      if (c.point)
+        table.push_back({name_of(c.problem), number_text(c.asked), c.point->setting, number_text(error_of(*c.point)),
+                         number_text(c.point->ms.median)});
   };
   if (equal_time)
-    for (const double budget : kBudgetsMs) rows(best_within(s, budget));
+    for (const double budget : budgets_of(s)) rows(best_within(s, budget));
   else
-    for (const double target : kTargetErrors) rows(cheapest_for(s, target));
+    for (const double target : target_errors_of(s)) rows(cheapest_for(s, target));
   return table;
 }
 
@@ -185,6 +187,54 @@ section { border-top: 2px solid #333; margin-top: 2rem; }
 
 }  // namespace
 
+namespace {
+
+/// Of a rising series, those from the first that is no less than `least` to the first that is no less than `most`;
+/// at most kMostAsked, evenly chosen, the last among them.
+template <class Member>
+std::vector<double> asked_between(double least, double most, Member member) {
+  constexpr int kMostAsked = 5, kReach = 200;
+  std::vector<double> all;
+  for (int i = -kReach; i <= kReach; ++i) {
+    const double value = member(i);
+    if (value < least * (1 - 1e-9)) continue;
+    all.push_back(value);
+    if (value >= most) break;
+  }
+  std::vector<double> chosen;
+  const int count = static_cast<int>(all.size()), kept = std::min(count, kMostAsked);
+  for (int i = 1; i <= kept; ++i) chosen.push_back(all[static_cast<size_t>((count * i) / kept - 1)]);
+  return chosen;
+}
+
+/// Over what may be chosen.
+template <class Value>
+std::vector<double> asked_of(const SubjectResult& subject, Value value, double (*member)(int)) {
+  double least = INFINITY, most = 0;
+  for (const PointResult& p : subject.points) {
+    const double v = value(p);
+    if (p.failed || p.is_reference || !(v > 0) || !std::isfinite(v)) continue;
+    least = std::min(least, v), most = std::max(most, v);
+  }
+  return least <= most ? asked_between(least, most, member) : std::vector<double>{};
+}
+
+}  // namespace
+
+std::vector<double> budgets_of(const SubjectResult& subject) {
+  return asked_of(
+      subject, [](const PointResult& p) { return p.ms.median; }, [](int i) { return std::pow(4.0, i); });
+}
+
+std::vector<double> target_errors_of(const SubjectResult& subject) {
+  std::vector<double> targets = asked_of(subject, error_of, [](int i) {
+    const int decade = static_cast<int>(std::floor(i / 2.0));
+    return (i - 2 * decade ? 3 : 1) * std::pow(10.0, decade);
+  });
+  std::reverse(targets.begin(), targets.end());
+  return targets;
+}
+
 std::vector<Choice> best_within(const SubjectResult& subject, double budget_ms) {
   return choose(
       subject, budget_ms, [&](const PointResult& p) { return p.ms.median <= budget_ms; },
@@ -222,6 +272,9 @@ world::Result<std::string> html_report(const Machine& machine, const RunOptions&
     if (!s.slopes.empty())
       html += "<details><summary>Error over the knob</summary>" + drawing(slopes_svg(s)) + "</details>\n";
     if (const std::string gates = gates_text(s); !gates.empty()) html += "<p>" + xml_text(gates) + "</p>\n";
+    if (std::any_of(s.points.begin(), s.points.end(), [&](const PointResult& p) { return p.work != s.points[0].work; }))
+      html += "<details><summary>Error over work, which is the same on every machine</summary>" + drawing(work_svg(s)) +
+              "</details>\n";
     html += "<h3>Equal time</h3>\n" + html_table(choices_table(s, true)) + "<h3>Equal error</h3>\n" +
             html_table(choices_table(s, false)) + "<h3>Points</h3>\n" + html_table(points_table(s));
     for (const PointResult& p : s.points) {

@@ -12,9 +12,10 @@
 
 namespace tools {
 
-/// Milliseconds and errors that tables are made for.
-constexpr double kBudgetsMs[] = {1, 4, 16, 64};
-constexpr double kTargetErrors[] = {0.1, 0.03, 0.01};
+/// Milliseconds that tables are made for: powers of four, and errors: 1 and 3 of a decade, some that lie among a
+/// subject's own, from the first that anything keeps to the first that all do.
+std::vector<double> budgets_of(const SubjectResult& subject);
+std::vector<double> target_errors_of(const SubjectResult& subject);
 
 /// Within one problem of a subject, by medians.
 struct Choice {

@@ -36,23 +36,46 @@ constexpr double kWidth = 990, kHeight = 640, kLeft = 80, kRight = 760, kTop = 6
 // Okabe and Ito's colours, which stay apart for most colour-blind readers.
 constexpr const char* kColours[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"};
 
-/// Whole decades that hold the values.
+/// Logarithmic, from 1, 2 or 5 of a decade below the values to one above them.
 struct LogAxis {
-  int low = 0, high = 1;
+  double low = 0, high = 1;   // logarithms
   double start = 0, end = 1;  // in the picture
   LogAxis(const std::vector<double>& values, double picture_start, double picture_end)
       : start(picture_start), end(picture_end) {
-    bool any = false;
-    for (double v : values) {
-      if (!(v > 0) || !std::isfinite(v)) continue;
-      const int floor = static_cast<int>(std::floor(std::log10(v))), ceil = static_cast<int>(std::ceil(std::log10(v)));
-      low = any ? std::min(low, floor) : floor, high = any ? std::max(high, ceil) : ceil, any = true;
-    }
-    if (high <= low) high = low + 1;
+    double least = INFINITY, most = -INFINITY;
+    for (double v : values)
+      if (v > 0 && std::isfinite(v)) least = std::min(least, std::log10(v)), most = std::max(most, std::log10(v));
+    if (least > most) return;
+    const double margin = std::max(0.05 * (most - least), 0.1);
+    low = least - margin, high = most + margin;
+    const std::vector<double> fine = grid(std::floor(low), std::ceil(high), true);
+    low = *(std::upper_bound(fine.begin(), fine.end(), low + 1e-9) - 1);
+    high = *std::lower_bound(fine.begin(), fine.end(), high - 1e-9);
   }
   double place(double value) const {
     const double t = (std::log10(value) - low) / (high - low);
     return start + std::clamp(t, 0.0, 1.0) * (end - start);
+  }
+  bool holds(double value) const { return std::log10(value) > low - 1e-9 && std::log10(value) < high + 1e-9; }
+  /// Decades, every so many where there are many; 1, 2 and 5 of each where there are few.
+  std::vector<double> ticks() const {
+    const bool few = high - low < 2.5;
+    const std::vector<double> all = grid(std::floor(low), std::ceil(high), few);
+    const size_t step = few ? 1 : std::max<size_t>(1, all.size() / 12);
+    std::vector<double> shown;
+    for (size_t i = 0; i < all.size(); i += step)
+      if (holds(std::pow(10.0, all[i]))) shown.push_back(std::pow(10.0, all[i]));
+    return shown;
+  }
+
+ private:
+  static std::vector<double> grid(double first, double last, bool fine) {
+    std::vector<double> logs;
+    for (double decade = first; decade <= last; ++decade) {
+      logs.push_back(decade);
+      if (fine) logs.insert(logs.end(), {decade + std::log10(2.0), decade + std::log10(5.0)});
+    }
+    return logs;
   }
 };
 
@@ -71,37 +94,57 @@ struct Picture {
   }
 };
 
-enum class Across { time, knob };
+std::set<double> noise_floors_of(const SubjectResult& s) {
+  std::set<double> floors;
+  if (s.noise_floor > 0) floors.insert(s.noise_floor);
+  for (const PointResult& p : s.points)
+    if (p.noise_floor > 0) floors.insert(p.noise_floor);
+  return floors;
+}
+
+enum class Across { time, work, knob };
 
 void draw_axes(Picture& picture, const LogAxis& time, const LogAxis& error, const SubjectResult& s, Across across) {
-  const auto ticks = [](const LogAxis& axis) { return std::max(1, (axis.high - axis.low) / 12); };
-  for (int d = time.low; d <= time.high; d += ticks(time)) {
-    const double x = time.place(std::pow(10.0, d));
+  for (const double tick : time.ticks()) {
+    const double x = time.place(tick);
     picture.line(x, kTop, x, kBottom, "stroke=\"#ddd\"");
-    picture.text(x, kBottom + 18, "text-anchor=\"middle\"", fmt::format("1e{}", d));
+    picture.text(x, kBottom + 18, "text-anchor=\"middle\"", fmt::format("{:g}", tick));
   }
-  for (int d = error.low; d <= error.high; d += ticks(error)) {
-    const double y = error.place(std::pow(10.0, d));
+  for (const double tick : error.ticks()) {
+    const double y = error.place(tick);
     picture.line(kLeft, y, kRight, y, "stroke=\"#ddd\"");
-    picture.text(kLeft - 8, y + 4, "text-anchor=\"end\"", fmt::format("1e{}", d));
+    picture.text(kLeft - 8, y + 4, "text-anchor=\"end\"", fmt::format("{:g}", tick));
   }
-  for (double budget : {1.0, 4.0, 16.0, 64.0}) {
-    if (across != Across::time || budget < std::pow(10.0, time.low) || budget > std::pow(10.0, time.high)) continue;
+  double written_to = kLeft;  // along the top
+  for (const double budget : {1.0, 4.0, 16.0, 64.0}) {
+    if (across != Across::time || !time.holds(budget)) continue;
     const double x = time.place(budget);
     picture.line(x, kTop, x, kBottom, "stroke=\"#888\" stroke-dasharray=\"2 4\"");
+    if (x < written_to || x + 40 > kRight) continue;
     picture.text(x + 3, kTop + 12, "fill=\"#666\"", fmt::format("{:g} ms", budget));
+    written_to = x + 44;
   }
-  if (s.noise_floor > 0) {
-    const double y = error.place(3 * s.noise_floor);
-    picture.svg +=
-        fmt::format("<rect x=\"{}\" y=\"{:.1f}\" width=\"{}\" height=\"{:.1f}\" fill=\"#bbb\" opacity=\"0.4\"/>\n",
-                    kLeft, y, kRight - kLeft, std::max(0.0, kBottom - y));
-    picture.text(kLeft + 6, y + 14, "fill=\"#555\"", "below three noise floors of the reference");
+  // One reference has a band; several, a problem each, lines.
+  const std::set<double> floors = noise_floors_of(s);
+  for (const double floor : floors) {
+    const double y = error.place(3 * floor);
+    if (floors.size() == 1)
+      picture.svg +=
+          fmt::format("<rect x=\"{}\" y=\"{:.1f}\" width=\"{}\" height=\"{:.1f}\" fill=\"#bbb\" opacity=\"0.4\"/>\n",
+                      kLeft, y, kRight - kLeft, std::max(0.0, kBottom - y));
+    else
+      picture.line(kLeft, y, kRight, y, "stroke=\"#bbb\" stroke-width=\"3\"");
+    std::string of = "the reference";
+    for (const PointResult& p : s.points)
+      if (floors.size() > 1 && p.noise_floor == floor) of = "the reference of " + p.problem;
+    picture.text(kLeft + 6, y + 14, "fill=\"#555\"", "below three noise floors of " + of);
   }
   picture.svg += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\" stroke=\"#333\"/>\n",
                              kLeft, kTop, kRight - kLeft, kBottom - kTop);
   picture.text((kLeft + kRight) / 2, kBottom + 44, "text-anchor=\"middle\"",
-               across == Across::time ? "ms of one call; work: " + s.work_unit : s.knob_unit);
+               across == Across::time   ? "ms of one call; work: " + s.work_unit
+               : across == Across::work ? "work of one call: " + s.work_unit
+                                        : s.knob_unit);
   picture.svg += fmt::format("<text transform=\"translate(22 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
                              (kTop + kBottom) / 2, xml_text(s.metrics.empty() ? "error" : s.metrics[0]));
 }
@@ -130,10 +173,12 @@ class Labels {
   std::vector<Box> taken_;
 };
 
-/// "method@knob" -> "knob": the colour says the method.
+/// "method@knob" or "problem method@knob" -> "knob": the colour says the method, and the front the problem.
 std::string short_label(const PointResult& p) {
-  const size_t at = p.setting.rfind('@');
-  return at == std::string::npos || p.setting.compare(0, at, p.method) != 0 ? p.setting : p.setting.substr(at + 1);
+  std::string words = p.setting;
+  if (!p.problem.empty() && words.rfind(p.problem + " ", 0) == 0) words.erase(0, p.problem.size() + 1);
+  const size_t at = words.rfind('@');
+  return at == std::string::npos || words.compare(0, at, p.method) != 0 ? words : words.substr(at + 1);
 }
 
 void draw_point(Picture& picture, double x, double y, const PointResult& p, double error, const std::string& colour) {
@@ -182,10 +227,10 @@ std::string svg_of(const SubjectResult& s, Across across) {
 
   std::vector<double> times, errors;
   for (const PointResult& p : s.points) {
-    times.push_back(across == Across::time ? p.ms.median : p.knob);
+    times.push_back(across == Across::time ? p.ms.median : across == Across::work ? p.work : p.knob);
     errors.push_back(p.errors.empty() ? NAN : p.errors[0].median);
   }
-  if (s.noise_floor > 0) errors.push_back(s.noise_floor);
+  for (const double floor : noise_floors_of(s)) errors.push_back(floor);
   const bool exact = std::any_of(errors.begin(), errors.end(), [](double e) { return e == 0; });
   if (exact) picture.text(kLeft + 6, kBottom - 14, "fill=\"#555\" font-size=\"10\"", "triangles: exact, error 0");
   const LogAxis time(times, kLeft, kRight), error(errors, kBottom, kTop);
@@ -198,6 +243,7 @@ std::string svg_of(const SubjectResult& s, Across across) {
   };
 
   // The front of each problem, from the dearest point to the cheapest.
+  Labels labels;
   std::set<std::string> problems;
   for (const PointResult& p : s.points)
     if (across == Across::time) problems.insert(p.problem);
@@ -209,6 +255,7 @@ std::string svg_of(const SubjectResult& s, Across across) {
     std::vector<std::pair<double, double>> line;
     for (size_t i : front) line.push_back(place(i));
     if (line.size() > 1) picture.path(line, "stroke=\"#333\" stroke-width=\"3\" opacity=\"0.5\"");
+    if (problems.size() > 1 && !front.empty()) labels.put(picture, line[0].first, line[0].second, problem, "#333");
   }
 
   // The points, joined by method and problem, dashed in the second round of colours; over the knob, the slope that is
@@ -216,7 +263,6 @@ std::string svg_of(const SubjectResult& s, Across across) {
   std::vector<std::string> methods;
   for (const PointResult& p : s.points)
     if (std::find(methods.begin(), methods.end(), p.method) == methods.end()) methods.push_back(p.method);
-  Labels labels;
   for (size_t m = 0; m < methods.size(); ++m) {
     const std::string colour = kColours[m % std::size(kColours)];
     const std::string dashes = m < std::size(kColours) ? "" : " stroke-dasharray=\"3 3\"";
@@ -237,7 +283,7 @@ std::string svg_of(const SubjectResult& s, Across across) {
       if (p.method != methods[m]) continue;
       const auto [x, y] = place(i);
       draw_point(picture, x, y, p, errors[i], colour);
-      if (across == Across::time) labels.put(picture, x, y, short_label(p), colour);
+      if (across != Across::knob) labels.put(picture, x, y, short_label(p), colour);
     }
     const double y = kTop + 14 + 18 * static_cast<double>(m);
     picture.svg += fmt::format("<circle cx=\"{}\" cy=\"{:.1f}\" r=\"4\" fill=\"{}\"/>\n", kRight + 16, y - 4, colour);
@@ -253,6 +299,7 @@ std::string svg_of(const SubjectResult& s, Across across) {
 }  // namespace
 
 std::string pareto_svg(const SubjectResult& subject) { return svg_of(subject, Across::time); }
+std::string work_svg(const SubjectResult& subject) { return svg_of(subject, Across::work); }
 std::string slopes_svg(const SubjectResult& subject) { return svg_of(subject, Across::knob); }
 
 }  // namespace tools

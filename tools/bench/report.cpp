@@ -102,6 +102,7 @@ Json subject_json(const SubjectResult& s) {
                               {"ms_spread", spread_json(p.ms)},
                               {"default", p.is_default},
                               {"failed", p.failed},
+                              {"noise_floor", p.noise_floor},
                               {"below_floor", p.below_floor},
                               {"front", p.front},
                               {"default_on_front", p.default_on_front ? Json(*p.default_on_front) : Json()},

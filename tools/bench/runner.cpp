@@ -164,11 +164,13 @@ void measure_errors(const Subject& subject, const std::vector<Setting>& settings
     if (options.pictures && setting.picture) point.picture = setting.picture();
     std::vector<std::vector<double>> errors(subject.metrics.size());
     std::vector<double> biases;
+    point.noise_floor = subject.noise_floor;
     for (int i = 0; i < (setting.stochastic ? many : 1); ++i) {
       const ErrorSample sample = setting.measure(options.seed + static_cast<uint64_t>(i));
       for (size_t m = 0; m < errors.size(); ++m)
         errors[m].push_back(m < sample.errors.size() ? sample.errors[m] : kNan);
       biases.push_back(sample.bias);
+      point.noise_floor = std::max(point.noise_floor, sample.noise_floor);
     }
     for (auto& e : errors) point.errors.push_back(spread_of(std::move(e)));
     point.bias = spread_of(std::move(biases)).median;
@@ -200,7 +202,7 @@ void rank(SubjectResult& result) {
   for (PointResult& p : result.points) {
     p.failed = !std::isfinite(p.ms.median);
     for (const Spread& e : p.errors) p.failed |= !std::isfinite(e.median);
-    p.below_floor = !p.failed && result.noise_floor > 0 && p.errors[0].median < 3 * result.noise_floor;
+    p.below_floor = !p.failed && p.noise_floor > 0 && p.errors[0].median < 3 * p.noise_floor;
   }
   std::map<std::string, std::vector<size_t>> problems;
   for (size_t i = 0; i < result.points.size(); ++i) problems[result.points[i].problem].push_back(i);

@@ -66,6 +66,7 @@ struct PointResult {
   bool is_default = false, is_reference = false;
   std::vector<Spread> errors;  // one for each metric
   double bias = 0;             // median over seeds
+  double noise_floor = 0;      // of its problem's reference
   double work = 0;             // deterministic, of one call
   Spread ms;                   // of one call
   bool failed = false;         // an error or a time that is not finite
@@ -95,7 +96,7 @@ struct BiasResult {
 struct SubjectResult {
   std::string name, question, reference, work_unit, knob_unit;
   std::vector<std::string> metrics;
-  double noise_floor = 0;
+  double noise_floor = 0;  // declared
   int threads = 1;
   std::vector<PointResult> points;
   std::vector<SlopeResult> slopes;

@@ -1,5 +1,6 @@
 #include "tools/bench/sight_lines.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -133,6 +134,27 @@ double relative_bias(const std::vector<Vec3d>& seen, const LineHalves& truth) {
   double sum = 0;
   for (size_t i = 0; i < seen.size(); ++i) sum += sum_of(seen[i]) - 0.5 * (sum_of(truth.a[i]) + sum_of(truth.b[i]));
   return sum / (3.0 * static_cast<double>(seen.size())) / truth.mean;
+}
+
+double relative_noise(const LineHalves& truth) {
+  double sum = 0;
+  for (size_t i = 0; i < truth.a.size(); ++i) {
+    const double variance = glm::dot(truth.a[i] - truth.b[i], truth.a[i] - truth.b[i]) / 2;
+    sum += variance * variance;
+  }
+  return std::sqrt(std::sqrt(sum) / (3.0 * static_cast<double>(truth.a.size()))) / truth.mean;
+}
+
+ErrorSample line_errors(const std::vector<Vec3d>& seen, const LineHalves& truth) {
+  std::vector<double> errors;
+  for (size_t i = 0; i < seen.size(); ++i)
+    errors.push_back(glm::length(seen[i] - 0.5 * (truth.a[i] + truth.b[i])) / std::sqrt(3.0) / truth.mean);
+  std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2), errors.end());
+  return {{relative_rms(seen, truth), errors[errors.size() / 2]}, relative_bias(seen, truth), relative_noise(truth)};
+}
+
+std::vector<std::string> line_metrics() {
+  return {"RMS error of radiance (relative)", "median error of a point (relative)"};
 }
 
 }  // namespace tools

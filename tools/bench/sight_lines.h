@@ -65,5 +65,10 @@ LineHalves line_halves(const SightLines& lines, render::RenderKnobs knobs, int s
 /// noise; and the mean error.
 double relative_rms(const std::vector<world::Vec3d>& seen, const LineHalves& truth);
 double relative_bias(const std::vector<world::Vec3d>& seen, const LineHalves& truth);
+/// What relative_rms is of the truth itself: the standard error of its mean square, as an error. 0 of equal halves.
+double relative_noise(const LineHalves& truth);
+/// RMS error, the median of the lines' errors, bias and noise floor; and the metrics' names.
+ErrorSample line_errors(const std::vector<world::Vec3d>& seen, const LineHalves& truth);
+std::vector<std::string> line_metrics();
 
 }  // namespace tools

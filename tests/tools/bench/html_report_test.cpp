@@ -36,6 +36,21 @@ TEST(HtmlReport, EqualTimeTakesTheNearestAndEqualErrorTheCheapest) {
   EXPECT_EQ(cheapest_for(s, 0.001)[0].point, nullptr);
 }
 
+TEST(HtmlReport, BudgetsAndErrorsThatAreAskedForLieAmongTheSubjectsOwn) {
+  SubjectResult s = subject();
+  EXPECT_EQ(budgets_of(s), (std::vector<double>{1, 4, 16, 64}));
+  const std::vector<double> targets = target_errors_of(s);
+  ASSERT_EQ(targets.size(), 4u);
+  for (size_t i = 0; i < targets.size(); ++i) EXPECT_NEAR(targets[i], (std::vector{0.3, 0.1, 0.03, 0.01})[i], 1e-12);
+  for (PointResult& p : s.points) p.ms.median *= 1e-6, p.errors[0].median *= 1e-9;
+  for (const double budget : budgets_of(s)) EXPECT_TRUE(best_within(s, budget)[0].point) << budget;
+  for (const double target : target_errors_of(s)) EXPECT_TRUE(cheapest_for(s, target)[0].point) << target;
+  s.points.resize(1);
+  s.points[0].is_reference = true;
+  EXPECT_TRUE(budgets_of(s).empty());
+  EXPECT_EQ(best_within(s, 64)[0].point, nullptr) << "the reference itself is no choice";
+}
+
 TEST(HtmlReport, IsOnePageWithPlotTablesPicturesAndCommandsAndAsksNoNetwork) {
   SubjectResult s = subject();
   s.reference_picture = render::Image(8, 4);

@@ -81,7 +81,8 @@ void add_subject_ambient_occlusion(Registry& registry) {
           const auto seen = sight->radiance(method.integrator, knobs, 1, world::hash_combine(seed, 1));
           const auto known = truth();
           return ErrorSample{{relative_rms(seen, known->first_surface), relative_rms(seen, known->all)},
-                             relative_bias(seen, known->first_surface)};
+                             relative_bias(seen, known->first_surface),
+                             relative_noise(known->first_surface)};
         };
         s.run = [=] {
           keep(sight->radiance(method.integrator, knobs, 1, 1));
@@ -98,7 +99,8 @@ void add_subject_ambient_occlusion(Registry& registry) {
       const auto seen = sight->raycast(corners);
       const auto known = truth();
       return ErrorSample{{relative_rms(seen, known->first_surface), relative_rms(seen, known->all)},
-                         relative_bias(seen, known->first_surface)};
+                         relative_bias(seen, known->first_surface),
+                         relative_noise(known->first_surface)};
     };
     // A picture of a world that stands still: the first has found the light of faces.
     const auto again = std::make_shared<std::function<std::vector<world::Vec3d>()>>();

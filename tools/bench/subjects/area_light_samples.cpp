@@ -3,6 +3,7 @@
 /// The lamp is 1 m wide, 1 m above the floor, which it faces; the point lies under its centre. By area: uniform points
 /// of the lamp, the chapter's randomPoint. By solid angle: uniform directions, what Loam samples. The omni in its stead
 /// has the lamp's radiant intensity along its axis.
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -53,12 +54,12 @@ double estimate(const LuminaireSampler& lamp, Points points, int count, uint64_t
 }
 
 ErrorSample error_of(const LuminaireSampler& lamp, Points points, int count, uint64_t seed, double exact) {
-  double squares = 0, sum = 0;
+  double squares = 0, sum = 0, largest = 0;
   for (int i = 0; i < kRepeats; ++i) {
     const double error = estimate(lamp, points, count, world::hash_combine(seed, static_cast<uint64_t>(i))) / exact - 1;
-    squares += error * error, sum += error;
+    squares += error * error, sum += error, largest = std::max(largest, std::abs(error));
   }
-  return {{std::sqrt(squares / kRepeats)}, sum / kRepeats};
+  return {{std::sqrt(squares / kRepeats), largest}, sum / kRepeats};
 }
 
 Result<std::shared_ptr<const LuminaireSampler>> made(const Luminaire& luminaire) {
@@ -71,7 +72,7 @@ Result<std::shared_ptr<const LuminaireSampler>> made(const Luminaire& luminaire)
 void add_subject_area_light_samples(Registry& registry) {
   Subject subject{.question = "how many samples of an area light does a point need, and chosen how?",
                   .reference = "form factor of a square over a parallel plane, closed form (0.23946)",
-                  .metrics = {"RMS error of irradiance (relative)"},
+                  .metrics = {"RMS error of irradiance (relative)", "largest error (relative)"},
                   .work_unit = "samples; a call makes 64 estimates"};
   for (const char* by : {"area", "solid angle"}) {
     subject.expected_slopes[fmt::format("random by {}", by)] = {-0.5, 4};

@@ -45,7 +45,7 @@ Vec3d reference() {
 void add_subject_body_time_step(Registry& registry) {
   Subject subject{.question = "how many ticks a second does a thrown body need?",
                   .reference = "the fourth order at 30720 Hz in double; floor: a body's places are rounded to 2^-32 m",
-                  .metrics = {"distance from the true place (m)"},
+                  .metrics = {"distance from the true place (m)", "error of the height (m)"},
                   .work_unit = "ticks of a body",
                   .knob_unit = "ticks a second",
                   .noise_floor = 2e-8};
@@ -65,7 +65,7 @@ void add_subject_body_time_step(Registry& registry) {
         s.is_default = integrator == sim::SimKnobs{}.body_integrator && rate == 60;
         s.measure = [=](uint64_t) {
           const Vec3d off = thrown(air->store, integrator, rate) - right;
-          return ErrorSample{{std::sqrt(dot(off, off))}, off.y};
+          return ErrorSample{{std::sqrt(dot(off, off)), std::abs(off.y)}, off.y};
         };
         s.run = [=] {
           keep(thrown(air->store, integrator, rate).y);

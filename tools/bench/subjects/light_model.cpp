@@ -4,7 +4,7 @@
 /// light_model          every face under the open sky; levels of grey and of colour; flux along 6 to 512 directions.
 ///                      Time is that of all light from nothing. Levels fall by a fifth a voxel, as games draw them, not
 ///                      as light does: their error has a floor. That of flux falls with the directions to that of
-///                      voxels.
+///                      voxels. Paths of the tracer cost their time anew in each picture; their work is paths.
 /// flux_residual        32 directions, reflection stopped at residuals from 0.3 to 0.001, against one of 1e-6
 /// light_interpolation  flux along 128 directions, drawn with one value a face, means at corners, linear between
 /// middles One point for each of 72 x 48 pixels.
@@ -52,7 +52,7 @@ Setting setting(const std::shared_ptr<LitScene>& c, const std::string& method, i
   s.measure = [=](uint64_t) {
     const auto right = truth();
     const auto seen = c->lines->raycast(knobs);
-    return ErrorSample{{relative_rms(seen, *right)}, relative_bias(seen, *right)};
+    return line_errors(seen, *right);
   };
   s.run = [=] {
     LightOfWorld light;
@@ -85,8 +85,8 @@ void add_models(Registry& registry) {
   Subject subject{.name = "light_model",
                   .question = "what is a model of light worth, and what does it cost?",
                   .reference = kPathTraced,
-                  .metrics = {"RMS error of radiance (relative)"},
-                  .work_unit = "voxels"};
+                  .metrics = line_metrics(),
+                  .work_unit = "voxels; of path traced paths"};
   subject.settings = [](BenchContext& context) -> Result<std::vector<Setting>> {
     std::vector<Setting> settings;
     for (const std::string problem : {"cave", "cornell_voxels"}) {
@@ -102,6 +102,21 @@ void add_models(Registry& registry) {
       for (const int directions : {6, 8, 32, 72, 128, 288, 512})
         if (!context.quick() || directions <= 128)
           settings.push_back(setting(c, "flux", directions, flux(directions, 0.01f), truth));
+      for (const int samples : {1, 4, 16}) {
+        Setting traced{.method = "path traced", .setting = fmt::format("path traced@{}", samples)};
+        traced.knob = samples, traced.stochastic = true;
+        const auto by_paths = [c, samples](uint64_t seed) {
+          RenderKnobs knobs;
+          knobs.max_depth = kMostScatterings;
+          return c->lines->radiance(render::path_radiance, knobs, samples, world::hash_combine(seed, 0x9));
+        };
+        traced.measure = [=](uint64_t seed) { return line_errors(by_paths(seed), *truth()); };
+        traced.run = [=] {
+          keep(by_paths(1));
+          return static_cast<double>(c->lines->size()) * samples;
+        };
+        settings.push_back(std::move(traced));
+      }
       for (size_t i = first; i < settings.size(); ++i) {
         settings[i].problem = problem;
         settings[i].setting = problem + " " + settings[i].setting;
@@ -116,7 +131,7 @@ void add_residuals(Registry& registry) {
   Subject subject{.name = "light_model_flux_residual",
                   .question = "when may reflection be stopped?",
                   .reference = "the same 32 directions at a residual of 1e-6",
-                  .metrics = {"RMS error of radiance (relative)"},
+                  .metrics = line_metrics(),
                   .work_unit = "voxels"};
   subject.settings = [](BenchContext& context) -> Result<std::vector<Setting>> {
     TRY(const std::shared_ptr<LitScene> c, scene_of("cave"));
@@ -143,7 +158,7 @@ void add_interpolations(Registry& registry) {
   Subject subject{.name = "light_model_interpolation",
                   .question = "what does light that varies over a face add?",
                   .reference = kPathTraced,
-                  .metrics = {"RMS error of radiance (relative)"},
+                  .metrics = line_metrics(),
                   .work_unit = "points"};
   subject.settings = [](BenchContext& context) -> Result<std::vector<Setting>> {
     TRY(const std::shared_ptr<LitScene> c, scene_of("cave"));

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "render/backend.h"
+#include "render/image/error_metrics.h"
 #include "tools/bench/screen_pictures.h"
 #include "tools/picture.h"
 #include "world/base/random.h"
@@ -45,7 +46,8 @@ Result<ShownWorld> shown(const world::Scene& scene, const std::string& camera) {
   return std::make_shared<Shown>(Shown{std::move(world), render::Camera::from(placed)});
 }
 
-double relative_rms(const render::Image& a, const render::Image& b) {
+/// RMS over the mean of the reference, FLIP and bias.
+ErrorSample errors_of(const render::Image& a, const render::Image& b) {
   double squares = 0, sum = 0;
   for (size_t i = 0; i < a.pixels.size(); ++i) {
     const render::Rgb d = a.pixels[i] - b.pixels[i];
@@ -53,7 +55,8 @@ double relative_rms(const render::Image& a, const render::Image& b) {
     sum += double{b.pixels[i].r} + b.pixels[i].g + b.pixels[i].b;
   }
   const double n = 3.0 * static_cast<double>(a.pixels.size());
-  return std::sqrt(squares / n) / (sum / n);
+  const render::ErrorMetrics metrics = render::compare_images(a, b).metrics;
+  return {{std::sqrt(squares / n) / (sum / n), metrics.flip}, metrics.bias};
 }
 
 void darken(world::Environment& e) {
@@ -116,7 +119,7 @@ Result<ShownWorld> cloud_in_a_box() {
 void add_subject_raster_lighting(Registry& registry) {
   Subject subject{.question = "what do the rasterizer's approximations of light lose, and what do they save?",
                   .reference = "the same picture with the knob at its limit",
-                  .metrics = {"RMS error of radiance (relative)"},
+                  .metrics = {"RMS error of radiance (relative)", "mean FLIP"},
                   .work_unit = "pixels"};
   subject.threads = 0;
   subject.settings = [](BenchContext& context) -> Result<std::vector<Setting>> {
@@ -131,7 +134,7 @@ void add_subject_raster_lighting(Registry& registry) {
         const auto truth = context.shared<render::Image>("raster_lighting " + problem, [&] {
           return std::make_shared<render::Image>(of->picture(backend(), limit));
         });
-        return ErrorSample{{relative_rms(of->picture(backend(), knobs), *truth)}, 0};
+        return errors_of(of->picture(backend(), knobs), *truth);
       };
       s.run = [=] {
         keep(of->picture(backend(), knobs));

@@ -5,6 +5,7 @@
 ///   context     each voxel coded by the three beside it; what a file is converted to
 /// All are lossless, so the axis of errors is what is left to lose: bytes. Each setting reads its payloads back once
 /// and must find the same blocks; time is that of encoding on one thread, serialising by OpenVDB included.
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -44,13 +45,13 @@ bool reads_back(const Regions& regions, size_t i, const PayloadOptions& options,
 }
 
 ErrorSample size_of(const Regions& regions, const PayloadOptions& options) {
-  double total = 0;
+  double total = 0, largest = 0;
   for (size_t i = 0; i < regions.pos.size(); ++i) {
     const auto bytes = world::encode_payload(*regions.blocks[i], regions.pos[i], options);
-    if (!bytes.ok() || !reads_back(regions, i, options, *bytes)) return {{std::nan("")}, 0};
-    total += static_cast<double>(bytes->size());
+    if (!bytes.ok() || !reads_back(regions, i, options, *bytes)) return {{std::nan(""), std::nan("")}, 0};
+    total += static_cast<double>(bytes->size()), largest = std::max(largest, static_cast<double>(bytes->size()));
   }
-  return {{total / regions.volume()}, 0};
+  return {{total / regions.volume(), largest * static_cast<double>(regions.pos.size()) / regions.volume()}, 0};
 }
 
 }  // namespace
@@ -58,7 +59,7 @@ ErrorSample size_of(const Regions& regions, const PayloadOptions& options) {
 void add_subject_save_compression(Registry& registry) {
   Subject subject{.question = "how many bytes does a save cost, and how long does it take to make them so few?",
                   .reference = "no bytes at all; every setting is lossless, which is checked",
-                  .metrics = {"size on disk (B/m^3)"},
+                  .metrics = {"size on disk (B/m^3)", "of the largest region (B/m^3)"},
                   .work_unit = "m^3"};
   subject.settings = [](BenchContext& context) -> Result<std::vector<Setting>> {
     TRY(const world::World* valley, context.world("valley"));

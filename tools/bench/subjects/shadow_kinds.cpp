@@ -82,7 +82,7 @@ Result<Lines> pillars_under(Lamp lamp) {
 void add_subject_shadow_kinds(Registry& registry) {
   Subject subject{.question = "what is a shadow worth, and how many samples does a soft one need?",
                   .reference = "path tracing, two independent halves of 4096 samples a point (quick: 512)",
-                  .metrics = {"RMS error of radiance (relative)"},
+                  .metrics = line_metrics(),
                   .work_unit = "points"};
   subject.settings = [](BenchContext& context) -> Result<std::vector<Setting>> {
     std::vector<Setting> settings;
@@ -98,7 +98,7 @@ void add_subject_shadow_kinds(Registry& registry) {
           return std::make_shared<LineHalves>(line_halves(*right, RenderKnobs{}, 1, samples, context.seed()));
         });
         const auto seen = lines->radiance(render::direct_radiance, knobs, 1, world::hash_combine(seed, 1));
-        return ErrorSample{{relative_rms(seen, *truth)}, relative_bias(seen, *truth)};
+        return line_errors(seen, *truth);
       };
       s.run = [=] {
         keep(lines->radiance(render::direct_radiance, knobs, 1, 1));
@@ -124,7 +124,7 @@ void add_subject_shadow_kinds(Registry& registry) {
             return std::make_shared<LineHalves>(line_halves(*valley, RenderKnobs{}, 1, samples, context.seed()));
           });
           const auto seen = valley->raycast(drawn);
-          return ErrorSample{{relative_rms(seen, *truth)}, relative_bias(seen, *truth)};
+          return line_errors(seen, *truth);
         };
         s.run = [=] {
           keep(valley->raycast(drawn));

@@ -1,10 +1,13 @@
 /// How far the voxels of a source lie from its surface, and what finer voxels cost.
 ///
-/// Each source is a ball or a ring of some 20 m whose distance is known in closed form; it is placed off the grid. The
-/// error is measured at the middle of every voxel face between solid and air: where voxels are decided by their
-/// middles, it lies within half a voxel of the surface, so the error is first order in the voxel size. The mesh is a
-/// ball of 81,920 triangles, which lie up to 0.5 mm inside it.
+/// Each source is a ball, a ring or a box of some 20 m whose distance is known in closed form; it is placed off the
+/// grid. The error is measured at the middle of every voxel face between solid and air: where voxels are decided by
+/// their middles, it lies within half a voxel of the surface, so the error is first order in the voxel size. The mesh
+/// is a ball of 81,920 triangles, which lie up to 0.5 mm inside it.
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <memory>
 
@@ -23,7 +26,7 @@ using world::Vec3d;
 using world::VoxelPos;
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kRadius = 8.3, kRing = 9.1, kTube = 3.2;
+constexpr double kRadius = 8.3, kRing = 9.1, kTube = 3.2, kBox = 7.3;
 
 struct Thing {
   std::shared_ptr<const world::Shape> shape;
@@ -67,20 +70,68 @@ world::TriangleMesh ball_mesh(double radius, int levels) {
   return mesh;
 }
 
-std::vector<std::pair<std::string, Thing>> things() {
+/// From the surface of a box around a centre.
+double from_box(const Vec3d& p, const Vec3d& half) {
+  const Vec3d q = glm::abs(p) - half;
+  return glm::length(glm::max(q, Vec3d(0.0))) + std::min(std::max(q.x, std::max(q.y, q.z)), 0.0);
+}
+
+/// A net on a ring whose B-spline is that ring within a tenth of a millimetre, and its triangles within two: knots of a
+/// circle's lie at (2 + cos step) / 3 of its radius.
+std::string ring_net() {
+  constexpr int kPoints = 32;
+  const double step = 2 * kPi / kPoints, outward = 3 / (2 + std::cos(step));
+  std::string points;
+  for (int row = 0; row < kPoints; ++row)
+    for (int column = 0; column < kPoints; ++column) {
+      const double around = row * step, tube = column * step;
+      const double from_axis = outward * (kRing + outward * kTube * std::cos(tube));
+      points += fmt::format("{}{},{},{}", points.empty() ? "" : ",", from_axis * std::cos(around),
+                            outward * kTube * std::sin(tube), from_axis * std::sin(around));
+    }
+  return fmt::format(
+      "kind='spline_patch'\nerror_voxels=0.002\nrows={0}\ncolumns={0}\nclosed_rows=true\nclosed_columns=true\npoints=[{"
+      "1}]",
+      kPoints, points);
+}
+
+/// All of its edges are creases, so that it stays what it is.
+Result<std::string> cube_cage(BenchContext& context) {
+  TRY(const std::filesystem::path folder, context.scratch());
+  const std::filesystem::path file = folder / "cube.obj";
+  std::ofstream out(file);
+  for (int corner = 0; corner < 8; ++corner)
+    out << fmt::format("v {} {} {}\n", corner & 1 ? kBox : -kBox, corner & 2 ? kBox : -kBox, corner & 4 ? kBox : -kBox);
+  out << "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+  return fmt::format("kind='subdivision'\nfile='{}'\nlevels=3\ncrease_angle_deg=80", file.string());
+}
+
+Result<std::vector<std::pair<std::string, Thing>>> things(BenchContext& context) {
+  TRY(const std::string cage, cube_cage(context));
+  const auto of_ring = [](const Vec3d& p) { return std::hypot(std::hypot(p.x, p.z) - kRing, p.y) - kTube; };
+  const double ring = 2 * kPi * kPi * kRing * kTube * kTube;
+  const auto of_cube = [](const Vec3d& p) { return from_box(p, Vec3d(kBox)); };
+  const double cube = 8 * kBox * kBox * kBox;
+  // A land as high everywhere, from x = z = 0 on.
+  const std::string land =
+      fmt::format("kind='heightfield'\nsize=[{0},{0}]\nbase_m={1}\ncolumns=2\nrows=2\nheights=[{2},{2},{2},{2}]",
+                  2 * kBox, -kBox, kBox);
+  const auto of_land = [](const Vec3d& p) { return from_box(p - Vec3d(kBox, 0, kBox), Vec3d(kBox)); };
   const auto of_ball = [](const Vec3d& p) { return glm::length(p) - kRadius; };
   const double ball = 4.0 / 3 * kPi * kRadius * kRadius * kRadius;
   world::MeshShapeReport report;
-  return {
+  return std::vector<std::pair<std::string, Thing>>{
       {"implicit",
-       {shape_from(fmt::format("kind='implicit'\nsurface='torus'\nradius={}\ntube_radius={}", kRing, kTube)),
-        [](const Vec3d& p) { return std::hypot(std::hypot(p.x, p.z) - kRing, p.y) - kTube; },
-        2 * kPi * kPi * kRing * kTube * kTube}},
+       {shape_from(fmt::format("kind='implicit'\nsurface='torus'\nradius={}\ntube_radius={}", kRing, kTube)), of_ring,
+        ring}},
       {"metaballs",
        {shape_from(fmt::format("kind='metaballs'\n[[source.ball]]\nposition=[0,0,0]\nradius={}", kRadius)), of_ball,
         ball}},
       {"mesh", {world::mesh_shape(ball_mesh(kRadius, 6), {}, report), of_ball, ball}},
       {"points", {world::point_shape({Vec3d(0.0)}, kRadius), of_ball, ball}},
+      {"heightfield", {shape_from(land), of_land, cube}},
+      {"spline_patch", {shape_from(ring_net()), of_ring, ring}},
+      {"subdivision", {shape_from(cage), of_cube, cube}},
   };
 }
 
@@ -130,14 +181,15 @@ double sample_once(const Thing& thing, const world::Sampling& sampling) {
 
 void add_subject_source_sampling(Registry& registry) {
   Subject size{.question = "how near do the voxels of a source come to its surface, and what do finer ones cost?",
-               .reference = "the surface itself, closed form (the mesh: within 0.5 mm)",
+               .reference = "the surface itself, closed form (the mesh: within 0.5 mm; the spline: 2 mm)",
                .metrics = {"worst distance of faces (m)", "RMS distance (m)", "relative error of the volume"},
                .work_unit = "boxes and points asked about"};
-  for (const char* kind : {"implicit", "metaballs", "mesh", "points"})
+  for (const char* kind : {"implicit", "metaballs", "mesh", "points", "heightfield", "spline_patch", "subdivision"})
     size.expected_slopes[kind] = {.slope = 1, .from_knob = 0};
   size.settings = [](BenchContext& context) -> Result<std::vector<Setting>> {
     std::vector<Setting> settings;
-    for (const auto& [name, thing] : things()) {
+    TRY(const auto all, things(context));
+    for (const auto& [name, thing] : all) {
       const auto shared = std::make_shared<const Thing>(thing);
       for (const double voxel : {2.0, 1.0, 0.5, 0.25, 0.125}) {
         if (context.quick() && voxel < 0.25) continue;
@@ -158,9 +210,10 @@ void add_subject_source_sampling(Registry& registry) {
                    .reference = "the surface itself, closed form",
                    .metrics = {"RMS distance of faces (m)", "worst distance (m)", "relative error of the volume"},
                    .work_unit = "boxes and points asked about"};
-  coverage.settings = [](BenchContext&) -> Result<std::vector<Setting>> {
+  coverage.settings = [](BenchContext& context) -> Result<std::vector<Setting>> {
     std::vector<Setting> settings;
-    const auto shared = std::make_shared<const Thing>(things().front().second);
+    TRY(const auto all, things(context));
+    const auto shared = std::make_shared<const Thing>(all.front().second);
     for (const int points : {1, 2, 4, 8}) {
       for (const double part : {0.0, 0.125, 0.25, 0.5, 0.75, 1.0}) {
         if (points == 1 && part != 0 && part != 0.5) continue;  // one point is in or out
