@@ -50,6 +50,7 @@ struct Features {
   template <class See>
   void each_optional(See see) {
     see("multiDrawIndirect", all.features.multiDrawIndirect, "each draw is a call of its own");
+    see("drawIndirectCount", v12.drawIndirectCount, "draws of what is hidden are read, and draw nothing");
     see("largePoints", all.features.largePoints, "small faces of shapes are drawn as rectangles too");
   }
 };
@@ -183,11 +184,13 @@ world::Status Device::choose_physical(const std::vector<std::string>& without) {
     physical_ = candidate;
     family_ = family;
     limits_ = p.limits;
+    counts_draws_ = true;
     warnings_.clear();
     features.each_optional([&](const char* name, VkBool32 there, const char* else_what) {
       if (there && std::find(without.begin(), without.end(), name) == without.end()) return;
       warnings_.push_back(std::string(p.deviceName) + " lacks " + name + ": " + else_what);
       if (std::strcmp(name, "multiDrawIndirect") == 0) limits_.maxDrawIndirectCount = 1;
+      if (std::strcmp(name, "drawIndirectCount") == 0) counts_draws_ = false;
       if (std::strcmp(name, "largePoints") == 0) limits_.pointSizeRange[1] = 1;
     });
     name_ = std::string(p.deviceName) + ", " + driver.driverInfo;
@@ -207,6 +210,7 @@ world::Status Device::open(const DeviceOptions& options) {
   Features features;
   features.each([](const char*, VkBool32& flag) { flag = VK_TRUE; });
   if (limits_.maxDrawIndirectCount > 1) features.all.features.multiDrawIndirect = VK_TRUE;
+  if (counts_draws_) features.v12.drawIndirectCount = VK_TRUE;
   if (limits_.pointSizeRange[1] > 1) features.all.features.largePoints = VK_TRUE;
   const float priority = 1;
   auto queue = vk_info<VkDeviceQueueCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO);

@@ -57,6 +57,8 @@ class Device {
   VkSurfaceKHR surface() const { return surface_; }  // null without a window
   const std::string& name() const { return name_; }
   const VkPhysicalDeviceLimits& limits() const { return limits_; }
+  /// Whether how many indirect draws there are may lie in a buffer.
+  bool counts_draws() const { return counts_draws_; }
   MemoryPool& memory() { return memory_; }
   std::vector<std::string> messages() const;
   /// What is not as it could be, a sentence each: a feature that the driver lacks, a cache that was left out.
@@ -106,6 +108,7 @@ class Device {
   std::function<bool()> lose_device_;
   std::string name_;
   VkPhysicalDeviceLimits limits_{};
+  bool counts_draws_ = false;
   MemoryPool memory_;
   PipelineCache pipelines_;
   ShaderCache shaders_;

@@ -1,8 +1,10 @@
 #include "render/raster/culling.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <tuple>
+#include <utility>
 
 #include "render/raster/raster.shared.h"
 
@@ -80,6 +82,17 @@ VkDrawIndexedIndirectCommand draw_of(const FaceCluster& cluster, bool points, ui
           instance};
 }
 
+/// Six indices for each of a cluster's faces whose bit is set.
+void append_faces(const FaceCluster& cluster, const RecordBits& bits, std::vector<uint32_t>& indices) {
+  for (uint32_t word = 0; 32 * word < cluster.count; ++word)
+    for (uint32_t rest = bits[word]; rest; rest &= rest - 1) {
+      const uint32_t record = 32 * word + static_cast<uint32_t>(std::countr_zero(rest));
+      if (record >= cluster.count) break;
+      const uint32_t corner = 4 * (cluster.first + record);
+      for (const uint32_t of_face : {0u, 1u, 2u, 2u, 1u, 3u}) indices.push_back(corner + of_face);
+    }
+}
+
 /// Fewer faces than this in the frustum cost less than the occlusion test.
 constexpr uint64_t kFewFaces = 16384;
 
@@ -100,11 +113,17 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
   out.draws.clear();
   out.candidates.clear();
   out.clusters.clear();
-  std::vector<bool> points;  // of each page
-  for (const CulledPool& p : pools) points.insert(points.end(), p.pool->pages(), p.points);
+  std::vector<bool> points, by_face;  // of each page
+  for (const CulledPool& p : pools) {
+    points.insert(points.end(), p.pool->pages(), p.points);
+    by_face.insert(by_face.end(), p.pool->pages(), p.by_face);
+  }
   const auto pages = static_cast<uint32_t>(points.size());
   out.first_end.assign(pages, 0);
   out.second_end.assign(pages, 0);
+  out.candidates_end.assign(pages, 0);
+  out.indices.clear();
+  out.second_faces = 0;
   out.first_faces = out.left_out = 0;
   const Frustum frustum(rays);
   const auto box_corner = [](const std::array<uint8_t, 3>& p) { return Vec3d(p[0], p[1], p[2]); };
@@ -198,22 +217,41 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
 
   // What the first pass draws: what may have been seen last time; where little was, for instance before the first
   // picture, the nearest too.
-  std::vector<bool> in_first(out.clusters.size());
-  uint64_t first_faces = 0;
-  for (size_t i = 0; i < out.clusters.size(); ++i)
-    if (!test || out.clusters[i]->visible) in_first[i] = true, first_faces += out.clusters[i]->count;
-  for (size_t i = 0; i < out.clusters.size() && first_faces < kFewFaces; ++i)
-    if (!in_first[i]) in_first[i] = true, first_faces += out.clusters[i]->count;
+  std::vector<RecordBits> in_first(out.clusters.size(), kAllRecords);
+  if (test) {
+    uint64_t first_faces = 0;
+    for (size_t i = 0; i < out.clusters.size(); ++i) {
+      in_first[i] = out.clusters[i]->seen;
+      first_faces += out.clusters[i]->among(in_first[i]);
+    }
+    for (size_t i = 0; i < out.clusters.size() && first_faces < kFewFaces; ++i) {
+      first_faces += out.clusters[i]->count - out.clusters[i]->among(in_first[i]);
+      in_first[i] = kAllRecords;
+    }
+  }
+  // By page, each front to back.
+  std::vector<std::vector<size_t>> of_page(pages);
+  for (size_t i = 0; i < out.clusters.size(); ++i) of_page[out.pages[instances[i]]].push_back(i);
 
-  // First pass: a draw for each run of clusters that lie together in memory.
+  // First pass: a draw for each run of clusters that lie together in memory, or of the faces of a chunk.
   for (uint32_t page = 0; page < pages; ++page) {
     const FaceCluster* last = nullptr;
-    for (size_t i = 0; i < out.clusters.size(); ++i) {
+    const uint32_t page_begin = static_cast<uint32_t>(out.draws.size());
+    for (const size_t i : of_page[page]) {
       const FaceCluster& cluster = *out.clusters[i];
-      if (out.pages[instances[i]] != page || !in_first[i]) continue;
-      out.first_faces += cluster.count;
-      const VkDrawIndexedIndirectCommand draw = draw_of(cluster, points[page], instances[i], 1);
-      if (last && last->first + last->count == cluster.first && out.draws.back().firstInstance == instances[i])
+      const uint32_t some = cluster.among(in_first[i]);
+      if (some == 0) continue;
+      out.first_faces += some;
+      VkDrawIndexedIndirectCommand draw;
+      bool joins = out.draws.size() > page_begin && out.draws.back().firstInstance == instances[i];
+      if (test && by_face[page]) {
+        draw = {6 * some, 1, static_cast<uint32_t>(out.indices.size()), 0, instances[i]};
+        append_faces(cluster, in_first[i], out.indices);
+      } else {
+        draw = draw_of(cluster, points[page], instances[i], 1);
+        joins = joins && last->first + last->count == cluster.first;
+      }
+      if (joins)
         out.draws.back().indexCount += draw.indexCount;
       else
         out.draws.push_back(draw);
@@ -222,32 +260,47 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
     out.first_end[page] = static_cast<uint32_t>(out.draws.size());
   }
   if (!test) {
-    for (FaceCluster* cluster : out.clusters) cluster->visible = true;  // as far as anyone knows
+    for (FaceCluster* cluster : out.clusters) cluster->seen = kAllRecords;  // as far as anyone knows
     out.clusters.clear();
     out.second_end.assign(pages, static_cast<uint32_t>(out.draws.size()));
     return;
   }
 
   // Second pass: a draw a cluster, which the occlusion test turns on.
-  out.candidates.resize(out.clusters.size());
+  std::vector<FaceCluster*> tested;
   for (uint32_t page = 0; page < pages; ++page) {
-    for (size_t i = 0; i < out.clusters.size(); ++i) {
+    for (const size_t i : of_page[page]) {
       const FaceCluster& cluster = *out.clusters[i];
       const ChunkCorner& corner = out.chunks[instances[i]];
-      if (out.pages[instances[i]] != page) continue;
       const int level = static_cast<int>(corner.detail & kChunkLevel);
       const auto at = [&](int32_t chunk, uint8_t cell) { return chunk + (int32_t{cell} << level); };
       const CornerBox& box = cluster.box;
-      out.candidates[i] = {{at(corner.x, box.min[0]), at(corner.y, box.min[1]), at(corner.z, box.min[2])},
-                           -1,
-                           {at(corner.x, box.max[0]), at(corner.y, box.max[1]), at(corner.z, box.max[2])},
-                           0};
-      if (in_first[i]) continue;
-      out.candidates[i].draw = static_cast<int32_t>(out.draws.size());
-      out.draws.push_back(draw_of(cluster, points[page], instances[i], 0));
+      const uint32_t rest = cluster.count - cluster.among(in_first[i]);
+      Candidate candidate{{at(corner.x, box.min[0]), at(corner.y, box.min[1]), at(corner.z, box.min[2])},
+                          -1,
+                          {at(corner.x, box.max[0]), at(corner.y, box.max[1]), at(corner.z, box.max[2])},
+                          static_cast<int32_t>(instances[i]),
+                          in_first[i],
+                          cluster.first,
+                          cluster.count,
+                          out.second_faces,
+                          by_face[page] ? 1u : 0u};
+      if (rest > 0) {
+        candidate.draw = static_cast<int32_t>(out.draws.size());
+        if (by_face[page]) {
+          out.draws.push_back({0, 0, 6 * out.second_faces, 0, instances[i]});
+          out.second_faces += rest;
+        } else {
+          out.draws.push_back(draw_of(cluster, points[page], instances[i], 0));
+        }
+      }
+      out.candidates.push_back(candidate);
+      tested.push_back(out.clusters[i]);
     }
+    out.candidates_end[page] = static_cast<uint32_t>(out.candidates.size());
     out.second_end[page] = static_cast<uint32_t>(out.draws.size());
   }
+  out.clusters = std::move(tested);
 }
 
 }  // namespace render::raster

@@ -30,12 +30,16 @@ struct ChunkCorner {
   uint32_t detail;  // see kChunkLevel of raster.shared.h
 };
 
-/// The box of a cluster, relative to the camera's voxel, as the occlusion test reads it.
+/// A cluster as the occlusion test reads it, its box relative to the camera's voxel.
 struct Candidate {
-  int32_t low[3], draw;  // draw: in the second pass, or -1 where the first draws it
-  int32_t high[3], unused;
+  int32_t low[3], draw;    // draw: in the second pass, or -1 where the first draws all of it
+  int32_t high[3], chunk;  // chunk: in DrawList::chunks
+  RecordBits drawn;        // by the first pass
+  uint32_t first, count;   // records of its page
+  uint32_t room;           // records that the second pass may draw lie before its own
+  uint32_t by_face;        // 1: its faces are tested one by one; 0: all of it is drawn or nothing
 };
-static_assert(sizeof(Candidate) == 32);
+static_assert(sizeof(Candidate) == 64);
 
 /// A level fades in between `from` and this times it, pixel by pixel, while the one below fades out.
 constexpr double kBlendBand = 1.15;
@@ -57,9 +61,13 @@ struct DrawList {
   /// Draws of the first pass, then of the second, each page by page of the pool.
   std::vector<VkDrawIndexedIndirectCommand> draws;
   std::vector<uint32_t> first_end, second_end;  // of each page, in `draws`
-  std::vector<Candidate> candidates;            // empty where no occlusion test is worth it
+  std::vector<Candidate> candidates;            // page by page; empty where no occlusion test is worth it
+  std::vector<uint32_t> candidates_end;         // of each page
   std::vector<FaceCluster*> clusters;           // of each candidate
-  uint64_t first_faces = 0;                     // drawn by the first pass
+  /// Of pages whose faces are tested one by one: six a face that the first pass draws. The second pass has its own.
+  std::vector<uint32_t> indices;
+  uint32_t second_faces = 0;  // that the second pass may draw, at most
+  uint64_t first_faces = 0;   // drawn by the first pass
   CulledFaces culled;
   bool blends = false;    // some chunk is drawn in part
   uint64_t left_out = 0;  // records in chunks beyond most_chunks
@@ -77,7 +85,8 @@ struct CulledPool {
       ~0u;  // of it, nearest first: a draw list that is longer leaves out the others' and counts them
   /// m: drawn of chunks at least as far as the first and nearer than the second, without a blend.
   double nearest = 0, farthest = kNoNextLevel;
-  bool points = false;  // drawn a point a record; else 4 vertices and 6 indices
+  bool points = false;   // drawn a point a record; else 4 vertices and 6 indices
+  bool by_face = false;  // records are faces of cubes, which the occlusion test looks at one by one
 };
 
 /// A chunk that may be seen.
@@ -108,10 +117,10 @@ double level_distance(int level, const PixelRays& rays, int height, double error
 
 /// What of the pools to draw from the camera, `rays` being the camera's at the picture's size. Chunks front to back.
 ///
-/// First pass: what may have been seen last time, or the nearest faces. Its depth then says which of the others may be
+/// First pass: faces that may have been seen last time, or the nearest. Its depth then says which of the others may be
 /// seen; those are drawn by a second pass. So each picture is whole whatever was seen before, and pictures that follow
 /// each other draw little that is hidden. Where few faces lie in the frustum, or may_test is false, all are in the
-/// first pass.
+/// first pass, as runs of records.
 void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRays& rays, double view_distance,
           bool may_test, DrawList& out, const TakeChunks& take = {});
 

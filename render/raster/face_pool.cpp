@@ -1,6 +1,7 @@
 #include "render/raster/face_pool.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <optional>
 #include <utility>
@@ -51,7 +52,7 @@ void write_clusters(const PoolSource& source, FacePool::BoxOf box_of, PooledChun
       uint32_t end = begin;
       for (size_t c = 0; c < 64 && start[c + 1] <= begin + kClusterRecords; ++c) end = std::max(end, start[c + 1]);
       if (end <= begin) end = std::min(begin + kClusterRecords, count);
-      FaceCluster cluster{chunk.first + written + begin, end - begin, {}, static_cast<uint8_t>(direction), false};
+      FaceCluster cluster{chunk.first + written + begin, end - begin, {}, static_cast<uint8_t>(direction), kNoRecords};
       for (uint32_t i = begin; i < end; ++i) cluster.box.include(box_of(first[i]));
       chunk.clusters.push_back(cluster);
       begin = end;
@@ -62,6 +63,14 @@ void write_clusters(const PoolSource& source, FacePool::BoxOf box_of, PooledChun
 }
 
 }  // namespace
+
+uint32_t FaceCluster::among(const RecordBits& bits) const {
+  uint32_t set = 0;
+  for (uint32_t begin = 0; begin < count; begin += 32)
+    set += static_cast<uint32_t>(
+        std::popcount(bits[begin / 32] & (count - begin < 32 ? (1u << (count - begin)) - 1 : ~0u)));
+  return set;
+}
 
 CornerBox FacePool::box_of_face(const FaceRecord& record) {
   const glm::uvec3 low = face_corner(record.word0, record.word1, 0), high = face_corner(record.word0, record.word1, 2);
@@ -159,7 +168,7 @@ world::Result<uint64_t> FacePool::update(gpu::Device& device, std::span<const Po
         continue;
       }
       was_seen[i] = std::any_of(chunks_[old].clusters.begin(), chunks_[old].clusters.end(),
-                                [](const FaceCluster& c) { return c.visible; });
+                                [](const FaceCluster& c) { return c.visible(); });
       release(chunks_[old++]);
     }
     fresh.push_back(i);
@@ -197,7 +206,8 @@ world::Result<uint64_t> FacePool::update(gpu::Device& device, std::span<const Po
         PooledChunk& chunk = next[fresh[n]];
         write_clusters(chunks[fresh[n]], box_of_, chunk, ordered,
                        reinterpret_cast<FaceRecord*>(staging.mapped() + copies[n].region.srcOffset));
-        for (FaceCluster& cluster : chunk.clusters) cluster.visible = was_seen[fresh[n]];
+        if (was_seen[fresh[n]])
+          for (FaceCluster& cluster : chunk.clusters) cluster.seen = kAllRecords;
       }
     });
     TRY_STATUS(device.run([&](VkCommandBuffer commands) {

@@ -33,11 +33,20 @@ std::vector<PoolSource> pool_sources(std::span<const ShapeChunk* const> chunks);
 /// A record a voxel in place of one a face.
 std::vector<PoolSource> instance_sources(std::span<const ShapeChunk* const> chunks);
 
+/// A bit a record of a cluster.
+using RecordBits = std::array<uint32_t, kClusterRecords / 32>;
+constexpr RecordBits kNoRecords{}, kAllRecords{~0u, ~0u, ~0u, ~0u};
+
 struct FaceCluster {
   uint32_t first = 0, count = 0;  // records of its page
   CornerBox box;                  // relative to the chunk
   uint8_t direction = 0;
-  bool visible = true;  // may have been seen in the last picture that looked at it
+  RecordBits
+      seen{};  // which may have been seen in the last picture that looked at it; those behind `count` mean nothing
+
+  /// Of records, how many bits are set.
+  uint32_t among(const RecordBits& bits) const;
+  bool visible() const { return among(seen) != 0; }
 };
 
 struct PooledChunk {

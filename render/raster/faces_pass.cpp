@@ -84,6 +84,7 @@ world::Status FacesPass::prepare(PassContext& context, const Drawing& drawing, F
   uint32_t largest = 0;
   for (size_t k = 0; k < drawing.faces.size(); ++k) {
     CulledPool pool{drawing.faces[k], static_cast<int>(k)};
+    pool.by_face = true;
     if (k > 0) pool.from = distance_of(k);
     if (k + 1 < drawing.faces.size()) pool.to = distance_of(k + 1);
     pools_.push_back(pool);
@@ -91,6 +92,7 @@ world::Status FacesPass::prepare(PassContext& context, const Drawing& drawing, F
   }
   if (!drawing.trees.pool().chunks().empty()) {
     pools_.push_back({&drawing.trees.pool(), 0, 0, pools_[0].to});
+    pools_.back().by_face = true;
     largest = std::max(largest, drawing.trees.pool().largest_chunk());
   }
   const bool any_shapes = !drawing.shapes.chunks().empty();
@@ -149,8 +151,11 @@ world::Status FacesPass::prepare(PassContext& context, const Drawing& drawing, F
   TRY_STATUS(context.fill(draws_, list_.draws.data(), list_.draws.size() * sizeof(VkDrawIndexedIndirectCommand),
                           VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
   context.bindings.bind(kBindChunks, chunks_);
-  if (!list_.candidates.empty()) TRY_STATUS(occlusion_.prepare(context, list_.candidates, draws_));
-  return {};
+  if (list_.candidates.empty()) return {};
+  if (list_.indices.empty()) list_.indices.resize(6);  // no buffer is empty
+  TRY_STATUS(context.fill(first_indices_, list_.indices.data(), list_.indices.size() * sizeof(uint32_t),
+                          VK_BUFFER_USAGE_INDEX_BUFFER_BIT));
+  return occlusion_.prepare(context, list_, draws_);
 }
 
 void FacesPass::record_draws(VkCommandBuffer commands, PassContext& context, bool second) {
@@ -163,10 +168,18 @@ void FacesPass::record_draws(VkCommandBuffer commands, PassContext& context, boo
   for (size_t p = 0; p < pools_.size(); ++p)
     for (size_t of_pool = 0; of_pool < pools_[p].pool->pages(); ++of_pool, ++page) {
       if (draw == ends[page]) continue;
-      const gpu::Buffer& indices = pools_[p].points ? point_indices_ : indices_;
+      const bool listed = pools_[p].by_face && !list_.candidates.empty();
+      const gpu::Buffer& indices = listed             ? (second ? occlusion_.second_indices() : first_indices_)
+                                   : pools_[p].points ? point_indices_
+                                                      : indices_;
       vkCmdBindIndexBuffer(commands, indices.handle, 0, VK_INDEX_TYPE_UINT32);
       context.bindings.bind(kBindFaces, pools_[p].pool->page(of_pool));
       context.bindings.use(commands, *drawn_by_[p]);
+      if (second && context.device.counts_draws()) {
+        vkCmdDrawIndexedIndirectCount(commands, draws_.handle, uint64_t{draw} * kDrawBytes, occlusion_.counts().handle,
+                                      page * sizeof(uint32_t), ends[page] - draw, kDrawBytes);
+        draw = ends[page];
+      }
       while (draw < ends[page]) {
         const uint32_t some = std::min(ends[page] - draw, context.device.limits().maxDrawIndirectCount);
         vkCmdDrawIndexedIndirect(commands, draws_.handle, uint64_t{draw} * kDrawBytes, some, kDrawBytes);
@@ -182,7 +195,10 @@ void FacesPass::record(VkCommandBuffer commands, PassContext& context, const Dra
   if (draws_billboards_) billboards_.record(commands, context, indices_, indexed_records_);
   if (list_.candidates.empty()) return;
   context.times.mark(commands, "occlusion");
-  occlusion_.record(commands, context);
+  page_of_.clear();
+  for (const CulledPool& pool : pools_)
+    for (size_t page = 0; page < pool.pool->pages(); ++page) page_of_.push_back(&pool.pool->page(page));
+  occlusion_.record(commands, context, page_of_);
   context.times.mark(commands, "faces_uncovered");
   image_barrier(commands, context.targets.seen.handle, VK_IMAGE_ASPECT_COLOR_BIT, kColourReadWrite, kColourReadWrite);
   record_draws(commands, context, true);
@@ -216,11 +232,17 @@ world::Status FacesPass::finish(PassContext&, FrameReport& report) {
   PassReport& second = row_of(report, "faces_uncovered");
   const auto visible = occlusion_.visible();
   for (size_t i = 0; i < list_.candidates.size(); ++i) {
-    list_.clusters[i]->visible = visible[i] != 0;
-    if (!visible[i] && list_.candidates[i].draw >= 0) hidden += list_.clusters[i]->count;
-    if (!visible[i] || list_.candidates[i].draw < 0) continue;
-    second.bytes += list_.clusters[i]->count * sizeof(FaceRecord);
-    report.faces_drawn += list_.clusters[i]->count;
+    const Candidate& candidate = list_.candidates[i];
+    FaceCluster& cluster = *list_.clusters[i];
+    cluster.seen = visible[i];
+    RecordBits neither;
+    for (size_t word = 0; word < neither.size(); ++word) neither[word] = ~visible[i][word] & ~candidate.drawn[word];
+    const uint32_t left_out = cluster.among(neither);
+    hidden += left_out;
+    const uint32_t drawn = cluster.count - cluster.among(candidate.drawn) - left_out;
+    if (drawn == 0) continue;
+    second.bytes += drawn * sizeof(FaceRecord);
+    report.faces_drawn += drawn;
     ++second.draws;
   }
   return tell();

@@ -1,6 +1,6 @@
-/// Draws extracted faces of cubes and of shapes: which face each pixel sees, and its depth. One indirect draw a run of
-/// clusters; what the last picture saw first, with impostors of what is far, then what the depth of that leaves visible
-/// of the rest.
+/// Draws extracted faces of cubes and of shapes: which face each pixel sees, and its depth. Indirect draws of what the
+/// last picture saw first, face by face of cubes, with impostors of what is far; then of what the depth of that leaves
+/// visible of the rest.
 #pragma once
 
 #include "render/raster/billboards.h"
@@ -43,6 +43,8 @@ class FacesPass : public Pass {
   ShapeTable table_;
   gpu::Buffer indices_;        // of rectangles
   gpu::Buffer point_indices_;  // 0, 1, 2, ...
+  gpu::Buffer first_indices_;  // of the faces that the first pass draws, where they are tested one by one
+  std::vector<const gpu::Buffer*> page_of_;
   gpu::Buffer chunks_, draws_;
   uint32_t indexed_records_ = 0;
   DrawList list_;

@@ -125,7 +125,7 @@ struct Impostors::Candidate {
         records += clusters[end].count;
         if (looks_away(clusters[end], at(clusters[end].box.min), at(clusters[end].box.max))) continue;
         any = true;
-        if (clusters[end].visible) seen_faces += clusters[end].count;
+        seen_faces += clusters[end].among(clusters[end].seen);
       }
       if (!any) continue;
       faces += records;

@@ -1,13 +1,25 @@
 #include "render/raster/occlusion_test.h"
 
+#include <algorithm>
+
 #include "depth_tiles.comp.spv.h"
 #include "occlusion.comp.spv.h"
+#include "pack_draws.comp.spv.h"
 
 namespace render::raster {
+
+namespace {
+
+constexpr uint32_t kTestGroup = 64;  // local_size_x of occlusion.comp.glsl
+constexpr uint32_t kCandidateWords = kClusterRecords / 32;
+static_assert(kCandidateWords == 4);
+
+}  // namespace
 
 world::Status OcclusionTest::open(PassContext& context) {
   TRY(tiles_, make_compute(context.device, depth_tiles_comp_spv));
   TRY(test_, make_compute(context.device, occlusion_comp_spv));
+  TRY(pack_, make_compute(context.device, pack_draws_comp_spv));
   return {};
 }
 
@@ -15,41 +27,70 @@ world::Status OcclusionTest::fit(PassContext& context) {
   const VkExtent2D extent = context.targets.extent();
   const uint64_t tiles =
       uint64_t{(extent.width + kTilePixels - 1) / kTilePixels} * ((extent.height + kTilePixels - 1) / kTilePixels);
-  TRY(tile_depths_, gpu::make_buffer(context.device, tiles * sizeof(float), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                                     gpu::MemoryUse::device));
+  TRY(tile_depths_, gpu::make_texel_buffer(context.device, tiles * sizeof(float), VK_FORMAT_R32_SFLOAT,
+                                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::MemoryUse::device));
   return {};
 }
 
-world::Status OcclusionTest::prepare(PassContext& context, std::span<const Candidate> candidates,
-                                     const gpu::Buffer& draws) {
-  count_ = static_cast<uint32_t>(candidates.size());
-  TRY_STATUS(context.fill(candidates_, candidates.data(), candidates.size_bytes(), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
-  TRY_STATUS(context.fill(visible_, nullptr, candidates.size() * sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                          gpu::MemoryUse::readback));
+world::Status OcclusionTest::prepare(PassContext& context, const DrawList& list, const gpu::Buffer& draws) {
+  ends_ = list.candidates_end;
+  draw_ends_ = list.second_end;
+  first_draw_ = list.first_end.empty() ? 0 : list.first_end.back();
+  TRY_STATUS(context.fill(candidates_, list.candidates.data(), list.candidates.size() * sizeof(Candidate),
+                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
+  TRY_STATUS(context.fill(visible_, nullptr, list.candidates.size() * sizeof(RecordBits),
+                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::MemoryUse::readback));
+  TRY_STATUS(context.fill(second_indices_, nullptr, std::max(list.second_faces, 1u) * uint64_t{6 * sizeof(uint32_t)},
+                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDEX_BUFFER_BIT,
+                          gpu::MemoryUse::device));
+  TRY_STATUS(context.fill(counts_, nullptr, std::max<size_t>(draw_ends_.size(), 1) * sizeof(uint32_t),
+                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
+                          gpu::MemoryUse::device));
   context.bindings.bind(kBindTiles, tile_depths_);
   context.bindings.bind(kBindCandidates, candidates_);
   context.bindings.bind(kBindVisible, visible_);
   context.bindings.bind(kBindDraws, draws);
+  context.bindings.bind(kBindSecondIndices, second_indices_);
+  context.bindings.bind(kBindDrawCounts, counts_);
   return {};
 }
 
-void OcclusionTest::record(VkCommandBuffer commands, PassContext& context) {
+void OcclusionTest::record(VkCommandBuffer commands, PassContext& context,
+                           std::span<const gpu::Buffer* const> page_of) {
   const Targets& targets = context.targets;
   image_barrier(commands, targets.depth.handle, VK_IMAGE_ASPECT_DEPTH_BIT, kDepthReadWrite, kComputeRead);
   const auto tiles = [](int pixels) { return (static_cast<uint32_t>(pixels) + kTilePixels - 1) / kTilePixels; };
   context.bindings.use(commands, tiles_);
   vkCmdDispatch(commands, (tiles(targets.width) + 15) / 16, (tiles(targets.height) + 3) / 4, 1);
-  // The test writes into draws that earlier ones may still read.
-  memory_barrier(commands, kComputeWrite | kIndirectRead, kComputeReadWrite);
-  context.bindings.use(commands, test_);
-  test_.push(commands, count_);
-  vkCmdDispatch(commands, (count_ + 63) / 64, 1, 1);
-  memory_barrier(commands, kComputeWrite, kIndirectRead | kHostRead);
+  // The test writes into draws and indices that earlier ones may still read.
+  memory_barrier(commands, kComputeWrite | kIndirectRead | kIndexRead, kComputeReadWrite);
+  uint32_t begin = 0;
+  for (size_t page = 0; page < ends_.size(); ++page) {
+    if (ends_[page] == begin) continue;
+    context.bindings.bind(kBindFaces, *page_of[page]);
+    context.bindings.use(commands, test_);
+    const uint32_t range[] = {begin, ends_[page]};
+    test_.push(commands, range);
+    vkCmdDispatch(commands, ((ends_[page] - begin) * kCandidateWords + kTestGroup - 1) / kTestGroup, 1, 1);
+    begin = ends_[page];
+  }
+  if (context.device.counts_draws()) {
+    memory_barrier(commands, kComputeWrite, kComputeReadWrite);
+    context.bindings.use(commands, pack_);
+    uint32_t first = first_draw_;
+    for (uint32_t page = 0; page < draw_ends_.size(); first = draw_ends_[page++]) {
+      if (draw_ends_[page] == first) continue;
+      const uint32_t range[] = {first, draw_ends_[page], page};
+      pack_.push(commands, range);
+      vkCmdDispatch(commands, 1, 1, 1);
+    }
+  }
+  memory_barrier(commands, kComputeWrite, kIndirectRead | kIndexRead | kHostRead);
   image_barrier(commands, targets.depth.handle, VK_IMAGE_ASPECT_DEPTH_BIT, kComputeRead, kDepthReadWrite);
 }
 
-std::span<const uint32_t> OcclusionTest::visible() const {
-  return {reinterpret_cast<const uint32_t*>(visible_.mapped()), count_};
+std::span<const RecordBits> OcclusionTest::visible() const {
+  return {reinterpret_cast<const RecordBits*>(visible_.mapped()), ends_.empty() ? 0 : ends_.back()};
 }
 
 }  // namespace render::raster

@@ -24,12 +24,10 @@ SHARED_CONST uint kBindRegions = 6;    // ivec4 texels: shadow grid: hash table,
 SHARED_CONST uint kBindLeaves = 7;     // uint texels: shadow grid: 16^3 a region, kLeaf...
 SHARED_CONST uint kBindMasks = 8;      // uint texels: shadow grid: 16 a mixed leaf
 SHARED_CONST uint kBindDepth = 9;      // texture  depth of what is drawn so far
-SHARED_CONST uint kBindTiles = 10;     // float[]  farthest depth of each tile of pixels
-SHARED_CONST uint kBindCandidates =
-    11;                               // ivec4[2n] box of each cluster relative to the camera's voxel; w of the first:
-                                      //          its place in `draws`, or -1 where it is drawn already
+SHARED_CONST uint kBindTiles = 10;     // float[], or texels: farthest depth of each tile of pixels
+SHARED_CONST uint kBindCandidates = 11;  // uvec4[4n] clusters that the occlusion test looks at: Candidate of culling.h
 SHARED_CONST uint kBindDraws = 12;    // uint[]   indirect draws
-SHARED_CONST uint kBindVisible = 13;  // uint[]   1 for each candidate that may be seen
+SHARED_CONST uint kBindVisible = 13;  // uint[4n]  of each candidate's records which may be seen, a bit each
 SHARED_CONST uint kBindLightRegions = 14;  // ivec4[]  light on faces: hash table, as kBindRegions
 SHARED_CONST uint kBindLightLeafOf = 15;   // uint[]   4096 a region: 1 + place of the leaf's record; 0: no visible face
 SHARED_CONST uint kBindLightLeaves = 16;   // uint[]   kLightLeafWords a leaf, SurfaceLightLeaf
@@ -67,6 +65,8 @@ SHARED_CONST uint kBindBlockerCodes = 38;    // uint[]   as kBindBlockIds: kind 
 SHARED_CONST uint kBindBlockerKinds = 39;    // ivec4 low region, w: slots less 1; high region; SeeThroughBlock[]
 SHARED_CONST uint kBindMirrorStrips = 40;    // vec4[]   mirror_stencil_pass.h: relative to the camera
 SHARED_CONST uint kBindRays = 41;            // vec4 texels: corner, step_x and step_y of the picture
+SHARED_CONST uint kBindSecondIndices = 42;   // uint[]   six a face that the second pass draws
+SHARED_CONST uint kBindDrawCounts = 43;      // uint[]   by page: draws of the second pass that draw anything
 
 SHARED_CONST uint kBlockerShape = 0x8000u;  // | number of its first quad
 SHARED_CONST uint kBlockerCube = 0x7fffu;   // hides all

@@ -254,6 +254,8 @@ TEST(Rasterizer, BarePicturesHaveNoPassButThatOfFaces) {
   const Camera camera = hill_cameras()[0].camera;
   RenderKnobs knobs;
   knobs.transparency = Transparency::opaque;
+  knobs.face_edges = FaceEdges::hardware;                      // as bare ones
+  for (int i = 0; i < 2; ++i) raster.frame(w, camera, knobs);  // what is hidden is known then
   const Frame whole = raster.frame(w, camera, knobs);
   raster->draw_bare(true);
   const Frame bare = raster.frame(w, camera, knobs);
@@ -262,6 +264,56 @@ TEST(Rasterizer, BarePicturesHaveNoPassButThatOfFaces) {
     EXPECT_FALSE(pass.name.starts_with("shade") || pass.name.starts_with("transparency")) << pass.name;
   raster->draw_bare(false);
   EXPECT_TRUE(equal_bits(raster.frame(w, camera, knobs).image, whole.image));
+}
+
+/// What a picture counts of this name.
+uint64_t work_of(const Frame& frame, const std::string& name) {
+  for (const EffectWork& w : frame.report.work)
+    if (w.name == name) return w.work;
+  return 0;
+}
+
+TEST(Rasterizer, FacesThatOthersHideAreLeftOutOneByOneAndThePictureIsTheSame) {
+  // Rows of posts, each behind the one before: clusters are seen, most of their faces aren't.
+  world::World w(world::standard_blocks());
+  world::EditBatch batch;
+  for (int x = 0; x < 128; ++x)
+    for (int z = 0; z < 128; ++z) {
+      const int top = (x * 5 + z * 3) % 7;
+      batch.fill(box_at({}, {x - 64, 0, -z - 8}, {x - 64, top, -z - 8}), block(w, (x + z) % 2 ? "stone" : "dirt"));
+    }
+  apply(w, batch);
+  Camera camera;
+  camera.position = world::WorldPoint::from(0.3, 5.4, 3.2);
+  camera.forward = glm::normalize(Vec3d(0.02, -0.05, -1));
+  Camera aside = camera;
+  aside.position = world::WorldPoint::from(-70.4, 6.1, -66.3);
+  aside.forward = glm::normalize(Vec3d(1, -0.05, -0.2));
+  const auto all = [](const Frame& f) { return f.report.faces_drawn + work_of(f, "faces_hidden"); };
+  for (const bool first_view : {true, false}) {
+    const Camera& from = first_view ? camera : aside;
+    RenderKnobs knobs;
+    knobs.face_edges = first_view ? FaceEdges::exact : FaceEdges::hardware;
+    CheckedRaster raster;
+    const Frame first = raster.frame(w, from, knobs);
+    raster.frame(w, from, knobs);
+    const Frame settled = raster.frame(w, from, knobs);
+    EXPECT_TRUE(equal_bits(first.image, settled.image));
+    EXPECT_EQ(all(settled), all(first));
+    EXPECT_GT(3 * work_of(settled, "faces_hidden"), all(settled));
+    EXPECT_EQ(raster.frame(w, from, knobs).report.faces_drawn, settled.report.faces_drawn);
+    // Looking away and back again shows the same, and an edit what it uncovers.
+    raster.frame(w, first_view ? aside : camera, knobs);
+    EXPECT_TRUE(equal_bits(raster.frame(w, from, knobs).image, first.image));
+    world::EditBatch edit;
+    edit.fill(box_at({}, {-16, 2, -44}, {6, 8, -8}), world::kAir);
+    apply(w, edit);
+    CheckedRaster fresh;
+    const Image uncovered = raster.frame(w, from, knobs).image;
+    EXPECT_FALSE(equal_bits(uncovered, first.image));
+    EXPECT_TRUE(equal_bits(uncovered, fresh.frame(w, from, knobs).image));
+    apply(w, batch);
+  }
 }
 
 TEST(HardCaseR11, ALostDeviceIsMadeAnewAndThePictureIsTheSame) {
