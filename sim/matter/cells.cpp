@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "world/base/errors.h"
+#include "world/base/huge_pages.h"
 #include "world/base/random.h"
 #include "world/store/leaf_shifts.h"
 
@@ -49,7 +50,16 @@ void for_each_set(const std::vector<uint8_t>& flags, Visit visit) {
   }
 }
 
+/// Never taken down: what ends later than it may hold heats.
+world::HugePageRecords& memory_of_heats() {
+  static auto& memory = *new world::HugePageRecords(sizeof(Cells::Heats));
+  return memory;
+}
+
 }  // namespace
+
+void* Cells::Heats::operator new(size_t) { return memory_of_heats().take(); }
+void Cells::Heats::operator delete(void* heats) { memory_of_heats().give_back(heats); }
 
 Cells::Cells(world::Store& store, uint64_t seed, size_t rules, int32_t floor_y, std::optional<int> subscriber)
     : store_(store),

@@ -99,7 +99,7 @@ constexpr int32_t code_of(int kind) { return kind + kind / 2; }  // 0, 1, 3: as 
 struct Kinds {
   static constexpr int kMost = 3;
   int count = 0;
-  float resistance[kMost] = {1, 1, 1}, share[kMost] = {0, 0, 0};
+  alignas(32) float resistance[8] = {1, 1, 1, 1, 1, 1, 1, 1}, share[8] = {};  // the first kMost
 
   /// Its number, or -1 where there is no room.
   int find_or_add(float r, float s) {
@@ -119,7 +119,12 @@ struct CodedSide {
   alignas(32) float code[8];  // by their code there; an integer's bits, for a table
 
   /// Whether all kinds that are there have codes here.
-  void find(const HeatSource& beyond, Kinds& kinds) {
+  void find(const HeatSource& page, const HeatSource& beyond, Kinds& kinds) {
+    if (beyond.kinds && beyond.kinds == page.kinds) {
+      for (int there = 0; there < 4; ++there) code[there] = std::bit_cast<float>(there);
+      is_known = true;
+      return;
+    }
     if (beyond.closed || (beyond.kinds && !beyond.kinds->is_coded)) return;
     const int count = beyond.kinds ? beyond.kinds->count : 1;
     for (int kind = 0; kind < count; ++kind) {
@@ -139,15 +144,11 @@ class Meetings {
  public:
   template <bool kLive>
   HWY_INLINE void find(const Kinds& kinds, const Faces<kLive>& faces) {
-    alignas(32) float r_a[8], share_a[8], r_b[8], share_b[8];
-    static constexpr int kA[8] = {0, 0, 1, 0, 1, 0, 2, 0}, kB[8] = {0, 1, 1, 2, 2, 0, 2, 0};
-    for (int k = 0; k < 8; ++k) {
-      r_a[k] = kinds.resistance[kA[k]], share_a[k] = kinds.share[kA[k]];
-      r_b[k] = kinds.resistance[kB[k]], share_b[k] = kinds.share[kB[k]];
-    }
+    alignas(32) static constexpr int32_t kA[8] = {0, 0, 1, 0, 1, 0, 2, 0}, kB[8] = {0, 1, 1, 2, 2, 0, 2, 0};
+    const Eight r(kinds.resistance), share(kinds.share);
     for (int k = 0; k < 8; k += kStep) {
-      const Conductance c = faces.between(hn::Load(kRow, r_a + k), hn::Load(kRow, share_a + k), hn::Load(kRow, r_b + k),
-                                          hn::Load(kRow, share_b + k));
+      const I a = hn::Load(kIntRow, kA + k), b = hn::Load(kIntRow, kB + k);
+      const Conductance c = faces.between(r(a), share(a), r(b), share(b));
       hn::Store(c.g, kRow, g_ + k);
       hn::Store(c.share, kRow, share_ + k);
     }
@@ -494,7 +495,7 @@ HWY_INLINE HeatResult conduct_content(const HeatSource& page, const HeatSource* 
   bool any_coded = kContent == Content::coded;
   for (int f = 0; f < 6; ++f) any_coded |= !is_known(f) && sides[f].kinds;
   for (int f = 0; f < 6 && any_coded && kContent != Content::many; ++f)
-    if (!is_known(f)) coded[f].find(sides[f], kinds);
+    if (!is_known(f)) coded[f].find(page, sides[f], kinds);
 #if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX2
   if (!kLive && kContent != Content::many && !page.temperature) {
     bool all_known = true;
@@ -556,6 +557,8 @@ void ThermalKinds::finish() {
     for (size_t z = 0; z < 8; ++z) code_row[row] |= static_cast<uint32_t>(kind[row * 8 + z]) << (z * 3);
   }
   limited = std::any_of(all.begin(), all.end(), is_limited);
+  born_alike = std::all_of(all.begin(), all.end(),
+                           [&](const ThermalVoxel& v) { return v.born == all[0].born && v.low == all[0].low; });
   for (size_t n = 0; n < std::size(few[0]); ++n) {
     const ThermalVoxel& v = all[std::min(n, all.size() - 1)];
     const float fields[] = {v.inverse, v.born, v.low, v.high, v.resistance, v.share};

@@ -41,7 +41,8 @@ struct ThermalKinds {
   alignas(64) float few[6][8];        // the first eight kinds, by field: as vectors
   alignas(64) uint32_t code_row[64];  // where is_coded: of a row along z, three bits a voxel
   std::vector<ThermalVoxel> all;
-  bool limited = false;  // any of them
+  bool limited = false;     // any of them
+  bool born_alike = false;  // all are born equally warm, and freeze or condense there
   /// At most three kinds, with numbers 0, 1 and 3 (2 is the same as 3): their sums say which two meet.
   bool is_coded = false;
   int count = 0;  // of kinds, where is_coded

@@ -34,13 +34,14 @@ constexpr int kRows = kWideLanes / 8;  // in a vector
 
 #if HWY_TARGET <= HWY_AVX3
 
-/// Numbers of the voxels of kRows rows, in the lowest three bits.
-HWY_INLINE WI wide_codes(const uint32_t* rows) {
+/// Numbers of the voxels of kRows rows, `stride` apart, in the lowest three bits.
+HWY_INLINE WI wide_codes(const uint32_t* rows, int stride) {
   const __m512i row = _mm512_set_epi32(1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0);
   const __m512i shift = _mm512_set_epi32(21, 18, 15, 12, 9, 6, 3, 0, 21, 18, 15, 12, 9, 6, 3, 0);
-  const __m512i two = _mm512_castsi128_si512(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(rows)));
-  return WI{_mm512_srlv_epi32(_mm512_permutexvar_epi32(row, two), shift)};
+  const __m128i two = _mm_insert_epi32(_mm_loadu_si32(rows), static_cast<int>(rows[stride]), 1);
+  return WI{_mm512_srlv_epi32(_mm512_permutexvar_epi32(row, _mm512_castsi128_si512(two)), shift)};
 }
+HWY_INLINE WI wide_codes(const uint32_t* rows) { return wide_codes(rows, 1); }
 /// The last lane of each row is from `ends`, one for a row.
 HWY_INLINE WI with_row_ends(WI v, const int32_t* ends) {
   const __m512i lane = _mm512_set_epi32(1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0);
@@ -82,7 +83,7 @@ class WideEight {
 
 #else
 
-HWY_INLINE WI wide_codes(const uint32_t* rows) { return codes_in_row(rows[0], 0); }
+HWY_INLINE WI wide_codes(const uint32_t* rows, int = 1) { return codes_in_row(rows[0], 0); }
 HWY_INLINE WI with_row_ends(WI v, const int32_t* ends) {
   return WI{_mm256_blend_epi32(v.raw, _mm256_set1_epi32(ends[0]), 0x80)};
 }
@@ -128,7 +129,13 @@ HWY_INLINE void with_wide_warmth(const HeatSource& s, Use use) {
   if (const ThermalKinds* kinds = s.kinds) {
     const WideEight inverse(kinds->few[kInverse]), born(kinds->few[kBorn]), low(kinds->few[kLow]),
         high(kinds->few[kHigh]);
-    if (kinds->limited)
+    if (kinds->limited && kinds->born_alike) {
+      const WV all_born = hn::Set(kWide, kinds->few[kBorn][0]), all_low = hn::Set(kWide, kinds->few[kLow][0]);
+      use([&](WI heat, auto code) {
+        const WI k = code();
+        return clamp(hn::Add(hn::Mul(number(heat), inverse(k)), all_born), all_low, high(k));
+      });
+    } else if (kinds->limited)
       use([&](WI heat, auto code) {
         const WI k = code();
         return clamp(hn::Add(hn::Mul(number(heat), inverse(k)), born(k)), low(k), high(k));
@@ -145,13 +152,19 @@ HWY_INLINE void with_wide_warmth(const HeatSource& s, Use use) {
     use([&](WI heat, auto) { return hn::Mul(number(heat), inverse); });
 }
 
+/// Codes of a side's voxels from i on: the side at layer `at` along the axis.
+template <int kAxis>
+HWY_INLINE WI side_codes(const uint32_t* rows, int at, int i) {
+  const int row = i >> 3;
+  if constexpr (kAxis == 0) return wide_codes(rows + at * 8 + row);
+  if constexpr (kAxis == 1) return wide_codes(rows + row * 8 + at, 8);
+  return hn::BitCast(kWideInt,
+                     hn::Shr(hn::LoadU(kWideCode, rows + i), hn::Set(kWideCode, static_cast<uint32_t>(at * 3))));
+}
+
 /// How warm the 64 voxels of a page's side are: the side at layer `at` along the axis.
 template <int kAxis>
 HWY_INLINE void side_temperatures(const HeatSource& s, int at, float* into) {
-  if (s.closed) {
-    for (int i = 0; i < 64; i += kWideLanes) hn::Store(hn::Zero(kWide), kWide, into + i);
-    return;
-  }
   const int32_t* heat = s.heat ? s.heat : kNoHeats;
   alignas(64) int32_t gathered[64];
   if (kAxis == 2 && !s.side) gather_side(heat, at, gathered);
@@ -159,16 +172,6 @@ HWY_INLINE void side_temperatures(const HeatSource& s, int at, float* into) {
   with_wide_warmth(s, [&](auto warmth) {
     for (int i = 0; i < 64; i += kWideLanes) {
       const int row = i >> 3;
-      const auto codes = [&] {
-        const uint32_t* rows = s.kinds->code_row;
-        if constexpr (kAxis == 0) return wide_codes(rows + at * 8 + row);
-        if constexpr (kAxis == 1) {
-          const uint32_t two[2] = {rows[row * 8 + at], rows[std::min(row + 1, 7) * 8 + at]};
-          return wide_codes(two);
-        }
-        return hn::BitCast(kWideInt,
-                           hn::Shr(hn::LoadU(kWideCode, rows + i), hn::Set(kWideCode, static_cast<uint32_t>(at * 3))));
-      };
       WI heats;
       if (ready)
         heats = hn::LoadU(kWideInt, ready + i);
@@ -176,70 +179,22 @@ HWY_INLINE void side_temperatures(const HeatSource& s, int at, float* into) {
         heats = hn::LoadU(kWideInt, heat + at * 64 + i);
       else
         heats = load_rows(heat + row * 64 + at * 8, 64);
-      hn::Store(warmth(heats, codes), kWide, into + i);
+      hn::Store(warmth(heats, [&] { return side_codes<kAxis>(s.kinds->code_row, at, i); }), kWide, into + i);
     }
   });
 }
 
-/// Sums of two codes for the faces of a page, in rows; 7 where nothing flows, or what flows is known. Beyond the sides:
-/// in the codes of here.
-struct alignas(64) WideMeetings {
-  static constexpr uint32_t kEach = 0x249249, kClosedRow = 0xffffff;
-  uint32_t above_x[64], above_y[64], above_z[64];
-  uint32_t below_x[8], below_y[8], below_z[64];  // of the low sides; those across z a number each
-  uint32_t last_z[64], last_y[8];                // of the high ones
+/// Those of the page before: most pages meet what it met, and dividing takes as long as four vectors of flows.
+struct KeptMeetings {
+  Meetings table;
+  Kinds kinds;
+  float scale = -1;
 
-  static uint32_t code(const CodedSide& side, int there) { return std::bit_cast<uint32_t>(side.code[there]); }
-  /// `count` rows of a page beyond from `at` on, `stride` apart, added to those here.
-  static void add(bool closed, const HeatSource& beyond, const CodedSide& side, int at, int stride,
-                  const uint32_t* here, int here_stride, int count, uint32_t* sums) {
-    if (closed) {
-      for (int k = 0; k < count; ++k) sums[k * here_stride] = kClosedRow;
-      return;
-    }
-    const uint32_t c0 = code(side, 0);
-    if (!beyond.kinds) {
-      for (int k = 0; k < count; ++k) sums[k * here_stride] = here[k * here_stride] + c0 * kEach;
-      return;
-    }
-    const uint32_t c1 = beyond.kinds->count > 1 ? code(side, 1) : 0, c3 = beyond.kinds->count > 2 ? code(side, 3) : 0;
-    const uint32_t* rows = beyond.kinds->code_row + at;
-    for (int k = 0; k < count; ++k) {
-      const uint32_t row = rows[k * stride], some = row & kEach, third = row >> 1 & kEach;
-      sums[k * here_stride] = here[k * here_stride] + (some ^ kEach) * c0 + (some ^ third) * c1 + third * c3;
-    }
-  }
-  /// Across z: the code of each row's layer `at` there.
-  static HWY_INLINE hn::Vec<WideCodeRow> codes_across_z(const HeatSource& beyond, const CodedSide& side, int at,
-                                                        int row) {
-    if (!beyond.kinds) return hn::Set(kWideCode, code(side, 0));
-    const WideEight map(side.code);
-    const auto codes =
-        hn::Shr(hn::LoadU(kWideCode, beyond.kinds->code_row + row), hn::Set(kWideCode, static_cast<uint32_t>(at * 3)));
-    return hn::BitCast(kWideCode, map(hn::BitCast(kWideInt, codes)));
-  }
-
-  HWY_INLINE void find(const uint32_t* rows, const HeatSource* sides, const CodedSide* coded, uint8_t known) {
-    const auto closed = [&](int f) { return sides[f].closed || (known >> f & 1); };
-    for (int k = 0; k < 56; ++k) above_x[k] = rows[k] + rows[k + 8];
-    for (int k = 0; k < 63; ++k) above_y[k] = rows[k] + rows[k + 1];
-    add(closed(0), sides[0], coded[0], 56, 1, rows, 1, 8, below_x);
-    add(closed(1), sides[1], coded[1], 0, 1, rows + 56, 1, 8, above_x + 56);
-    alignas(32) uint32_t first[8];
-    for (int x = 0; x < 8; ++x) first[x] = rows[x * 8];
-    add(closed(2), sides[2], coded[2], 7, 8, first, 1, 8, below_y);
-    add(closed(3), sides[3], coded[3], 0, 8, rows + 7, 8, 8, above_y + 7);
-    for (int x = 0; x < 8; ++x) last_y[x] = above_y[x * 8 + 7];
-    const auto seven = hn::Set(kWideCode, 7u);
-    for (int k = 0; k < 64; k += kWideLanes) {
-      const auto row = hn::Load(kWideCode, rows + k);
-      auto low = seven, high = seven;
-      if (!closed(4)) low = hn::Add(hn::And(row, seven), codes_across_z(sides[4], coded[4], 7, k));
-      if (!closed(5)) high = hn::Add(hn::ShiftRight<21>(row), codes_across_z(sides[5], coded[5], 0, k));
-      hn::Store(low, kWideCode, below_z + k);
-      hn::Store(high, kWideCode, last_z + k);
-      hn::Store(hn::Add(row, hn::ShiftRight<3>(row)), kWideCode, above_z + k);
-    }
+  HWY_INLINE void find(const Kinds& now, const Faces<false>& faces, const HeatStep& step) {
+    const auto same = [](const float* a, const float* b) { return std::memcmp(a, b, 8 * sizeof(float)) == 0; };
+    if (scale == step.scale && same(now.resistance, kinds.resistance) && same(now.share, kinds.share)) return;
+    table.find(now, faces);
+    kinds = now, scale = step.scale;
   }
 };
 
@@ -249,24 +204,29 @@ HWY_INLINE HeatResult conduct_wide(const HeatSource& page, const HeatSource* sid
                                    const HeatAhead& ahead) {
   // Find how warm all is.
   alignas(64) float own_t[kVoxels + kWideLanes];
+  alignas(64) int32_t own_code[kCoded ? kVoxels + kWideLanes : 1];
   const int32_t* before = page.heat ? page.heat : kNoHeats;
+  const auto or_own = [&](const int32_t* from) { return from ? from : reinterpret_cast<const int32_t*>(own_t); };
+  const int32_t *next_own = or_own(ahead.own), *next_high_x = or_own(ahead.high_x), *next_high_y = or_own(ahead.high_y);
   with_wide_warmth(page, [&](auto warmth) {
     for (int i = 0; i < kVoxels; i += kWideLanes)
-      hn::Store(warmth(hn::LoadU(kWideInt, before + i), [&] { return wide_codes(page.kinds->code_row + (i >> 3)); }),
+      hn::Store(warmth(hn::LoadU(kWideInt, before + i),
+                       [&] {
+                         const WI code = wide_codes(page.kinds->code_row + (i >> 3));
+                         hn::Store(code, kWideInt, own_code + i);
+                         return code;
+                       }),
                 kWide, own_t + i);
   });
+  if (kCoded && !page.kinds) std::memset(own_code, 0, sizeof own_code);
   hn::Store(hn::Zero(kWide), kWide, own_t + kVoxels);
 
   // Conductances: of one kind within the page, and one across each side; or by the sums of codes.
   const Faces<false> faces(step);
   const WV phase = hn::Set(kWide, step.phase);
-  Meetings table;
-  WideMeetings meets;
-  if constexpr (kCoded) {
-    alignas(64) static constexpr uint32_t kNoCodes[64] = {};
-    table.find(kinds, faces);
-    meets.find(page.kinds ? page.kinds->code_row : kNoCodes, sides, coded, flows.known);
-  }
+  static thread_local KeptMeetings kept;
+  if constexpr (kCoded) kept.find(kinds, faces, step);
+  const Meetings& table = kept.table;
   const WideEight g(table.g()), share(table.share());
   const auto meet = [&](WI sums) HWY_ATTR { return WideConductance{g(sums), share(sums)}; };
   const Conductance within = faces.between(page.all, page.all);
@@ -286,6 +246,7 @@ HWY_INLINE HeatResult conduct_wide(const HeatSource& page, const HeatSource* sid
     side_temperatures<kAxis>(beyond, 7 - kHere, other);
     if constexpr (kAxis == 2) gather_side(own_t, kHere, gathered);
     WideConductance c = inner;
+    const WideEight code_here(coded[kFace].code);
     if (!kCoded && (beyond.all.resistance != page.all.resistance || beyond.all.share != page.all.share)) {
       const Conductance across = faces.between(page.all, beyond.all);
       c = {hn::Set(kWide, hn::GetLane(across.g)), hn::Set(kWide, hn::GetLane(across.share))};
@@ -293,10 +254,12 @@ HWY_INLINE HeatResult conduct_wide(const HeatSource& page, const HeatSource* sid
     for (int i = 0; i < 64; i += kWideLanes) {
       const int row = i >> 3;
       if constexpr (kCoded) {
-        if constexpr (kAxis == 0) c = meet(wide_codes((kHere ? meets.above_x + 56 : meets.below_x) + row));
-        if constexpr (kAxis == 1) c = meet(wide_codes((kHere ? meets.last_y : meets.below_y) + row));
+        WI here = hn::Load(kWideInt, own_code + kHere * 64 + i);
+        if constexpr (kAxis == 1) here = load_rows(own_code + row * 64 + kHere * 8, 64);
         if constexpr (kAxis == 2)
-          c = meet(hn::BitCast(kWideInt, hn::Load(kWideCode, (kHere ? meets.last_z : meets.below_z) + i)));
+          here = page.kinds ? side_codes<2>(page.kinds->code_row, kHere, i) : hn::Zero(kWideInt);
+        const WI there = beyond.kinds ? side_codes<kAxis>(beyond.kinds->code_row, 7 - kHere, i) : hn::Zero(kWideInt);
+        c = meet(hn::Add(here, hn::BitCast(kWideInt, code_here(there))));
       }
       WV own = hn::Load(kWide, own_t + kHere * 64 + i);
       if constexpr (kAxis == 2) own = hn::Load(kWide, gathered + i);
@@ -312,8 +275,6 @@ HWY_INLINE HeatResult conduct_wide(const HeatSource& page, const HeatSource* sid
 
   // Every face within the page once.
   constexpr int kPieces = 8 / kRows;
-  const auto or_own = [&](const int32_t* from) { return from ? from : reinterpret_cast<const int32_t*>(own_t); };
-  const int32_t *next_own = or_own(ahead.own), *next_high_x = or_own(ahead.high_x), *next_high_y = or_own(ahead.high_y);
   const int32_t *high_x = flows.through[1], *high_y = flows.through[3], *low_y = flows.through[2];
   const int32_t *low_z = flows.through[4], *high_z = flows.through[5];
   alignas(64) int32_t behind[64];
@@ -332,9 +293,12 @@ HWY_INLINE HeatResult conduct_wide(const HeatSource& page, const HeatSource* sid
       if (kRows == 2 || piece % 2 == 0) __builtin_prefetch(next_own + i, 1);
       const WV own = hn::Load(kWide, own_t + i);
       WideConductance c_x = inner, c_y = inner, c_z = inner;
-      if constexpr (kCoded)
-        c_x = meet(wide_codes(meets.above_x + row)), c_y = meet(wide_codes(meets.above_y + row)),
-        c_z = meet(wide_codes(meets.above_z + row));
+      if constexpr (kCoded) {
+        const WI code = hn::Load(kWideInt, own_code + i);
+        const auto sum = [&](int j) HWY_ATTR { return hn::Add(code, hn::LoadU(kWideInt, own_code + j)); };
+        if (x < 7) c_x = meet(sum(i + 64));
+        c_y = meet(sum(i + 8)), c_z = meet(sum(i + 1));
+      }
       const WI above_x = x == 7 ? hn::Load(kWideInt, high_x + piece * kWideLanes)
                                 : wide_flow_between(own, hn::Load(kWide, own_t + i + 64), c_x, phase);
       WI above_y = wide_flow_between(own, hn::LoadU(kWide, own_t + i + 8), c_y, phase);

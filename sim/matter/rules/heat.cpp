@@ -18,8 +18,10 @@
 #include <atomic>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "sim/matter/heat_kernel.h"
+#include "sim/matter/heat_kinds.h"
 #include "sim/matter/heat_plan.h"
 #include "sim/matter/matter.h"
 #include "world/base/jobs.h"
@@ -32,7 +34,7 @@ namespace {
 using world::BlockId;
 
 constexpr size_t kPagesATask = 32, kLookupsATask = 1024;
-constexpr size_t kChunksAThread = 2, kPagesAChunk = 4096, kCopiesAhead = 8;
+constexpr size_t kChunksAThread = 1, kPagesAChunk = 8192, kCopiesAhead = 8;
 constexpr size_t kPagesAhead = 2;   // asked for: the next is across z of this one
 constexpr float kNoLimit = 1e6f;    // of a share
 constexpr double kLeftOver = 1e-4;  // of the implicit scheme's error, after its sweeps
@@ -46,7 +48,7 @@ struct HeatPage {
   uint32_t content = 0, heat = 0;  // the page's counters then, or when arrays were made
   bool ready = false, listed = false;
   ThermalVoxel all;
-  std::unique_ptr<ThermalKinds> kinds;  // where it isn't of one material
+  const ThermalKinds* kinds = nullptr;  // where it isn't of one material: of kinds_
 };
 
 /// Where the flows through a page's sides are: a number of its chunk's, kept from the first of two pages to the second.
@@ -58,7 +60,7 @@ struct PageFaces {
 };
 // Numbers that all chunks have: of faces that only one page asks for, and of those through which nothing flows.
 constexpr uint16_t kClosedFlow = 6, kFirstFlow = 7;
-static_assert(kPagesAChunk * 6 + kFirstFlow < 65536);
+static_assert(kPagesAChunk * 3 + kFirstFlow < 65536);  // each of a page's six faces is of two
 
 /// Pages that one thread steps one after another.
 struct HeatChunk {
@@ -77,10 +79,15 @@ class Heat final : public Rule {
  private:
   void step_once(Cells& cells, const HeatStep& step, bool implicit, RuleReport& report);
   void find_pages(Cells& cells, const HeatStep& step);
+  bool are_fresh(const Cells& cells, const std::vector<PageId>& pages, bool known) const;
   void prepare_stale(const Cells& cells);
   void prepare(const Cells& cells, PageId p);
   bool is_stale(const Cells& cells, PageId p) const {
     return !pages_[p].ready || pages_[p].content != cells.content_changes(p);
+  }
+  /// Whether it took part in the last step, and what it holds is what it held after that.
+  bool is_known(const Cells& cells, PageId p) const {
+    return pages_[p].stepped + 1 == steps_ && !is_stale(cells, p) && pages_[p].heat == cells.heat_changes(p);
   }
   void source(const Cells& cells, PageId p, HeatSource& into) const;
   HeatSource source(const Cells& cells, PageId p) const {
@@ -101,7 +108,10 @@ class Heat final : public Rule {
   uint64_t steps_ = 1;
   std::unique_ptr<ThermalTraits> thermal_;
   std::vector<HeatPage> pages_;
-  std::vector<PageId> list_, stale_;                  // pages of this step
+  SharedKinds kinds_;
+  std::vector<PageId> list_, stale_;  // pages of this step
+  std::vector<PageId> listed_;        // awake in a step before, their neighbours open
+  uint64_t listed_changes_ = 0;
   std::vector<std::unique_ptr<Cells::Heats>> heats_;  // by list_: after the step, where it isn't in the page
   std::vector<HeatResult> results_;
   std::vector<uint8_t> looks_;  // by page: is awake in the next step
@@ -134,11 +144,10 @@ void Heat::prepare(const Cells& cells, PageId p) {
   bool uniform = std::all_of(ids.begin(), ids.end(), [&](BlockId id) { return id == ids[0]; });
   for (size_t i = 0; uniform && amounts && i < ids.size(); ++i) uniform = amount(i) == amount(0);
   if (uniform) {
-    page.kinds.reset();
+    kinds_.give_back(std::exchange(page.kinds, nullptr));
     return;
   }
-  if (!page.kinds) page.kinds = std::make_unique<ThermalKinds>();
-  ThermalKinds& k = *page.kinds;
+  static thread_local ThermalKinds k;
   k.all.clear();
   // Found by a hash of block and amount: water may have as many amounts as voxels.
   constexpr uint32_t kSlots = 1024, kNobody = 0xffffffff;
@@ -160,6 +169,8 @@ void Heat::prepare(const Cells& cells, PageId p) {
     k.kind[i] = number[slot];
   }
   k.finish();
+  const ThermalKinds* shared = kinds_.share(k);
+  kinds_.give_back(std::exchange(page.kinds, shared));
 }
 
 /// Written in place: a copy of parts that were just stored waits for all of them.
@@ -169,7 +180,7 @@ void Heat::source(const Cells& cells, PageId p, HeatSource& into) const {
   if (into.closed) return;
   const HeatPage& page = pages_[p];
   into.heat = cells.find_heats(p);
-  into.kinds = page.kinds.get();
+  into.kinds = page.kinds;
   into.all = page.all;
 }
 
@@ -191,12 +202,15 @@ void Heat::find_pages(Cells& cells, const HeatStep& step) {
     pages_[p].listed = true;
     list_.push_back(p);
   };
-  for (const PageId p : set.now()) list(p);
+  const std::vector<PageId>& now = set.now();
+  if (listed_ == now && listed_changes_ == cells.page_changes() && are_fresh(cells, now, true)) {
+    list_ = now;
+    return;
+  }
+  for (const PageId p : now) list(p);
   for (size_t n = 0; n < list_.size(); ++n) {
     const PageId p = list_[n];
-    const bool known =
-        pages_[p].stepped + 1 == steps_ && !is_stale(cells, p) && pages_[p].heat == cells.heat_changes(p);
-    if (known) continue;
+    if (is_known(cells, p)) continue;
     if (is_stale(cells, p)) prepare(cells, p);
     for (int face = 0; face < 6; ++face) {
       const PageId other = cells.around(p)[kFacePage[face]];
@@ -205,21 +219,28 @@ void Heat::find_pages(Cells& cells, const HeatStep& step) {
       if (side_is_live(source(cells, p), source(cells, other), face, step)) list(other);
     }
   }
-  // What is beside them is looked at too. Where nothing changed, as in most steps, all threads find that out.
-  std::atomic<bool> any_stale{false};
-  world::parallel_ranges(list_.size(), kLookupsATask, [&](size_t begin, size_t end) {
-    bool any = false;
-    for (size_t n = begin; n < end && !any; ++n) {
-      any |= is_stale(cells, list_[n]);
+  // What is beside them is looked at too.
+  if (!are_fresh(cells, list_, false)) prepare_stale(cells);
+  for (const PageId p : list_) pages_[p].listed = false;
+  listed_ = now, listed_changes_ = cells.page_changes();
+}
+
+/// Whether nothing is stale, of the pages and those beside them; and they are known, where that is asked for. All
+/// threads find that out: in most steps it is so.
+bool Heat::are_fresh(const Cells& cells, const std::vector<PageId>& pages, bool known) const {
+  std::atomic<bool> fresh{true};
+  world::parallel_ranges(pages.size(), kLookupsATask, [&](size_t begin, size_t end) {
+    bool all = true;
+    for (size_t n = begin; n < end && all; ++n) {
+      all &= known ? is_known(cells, pages[n]) : !is_stale(cells, pages[n]);
       for (const size_t around : kFacePage) {
-        const PageId other = cells.around(list_[n])[around];
-        any |= other != kClosedPage && is_stale(cells, other);
+        const PageId other = cells.around(pages[n])[around];
+        all &= other == kClosedPage || !is_stale(cells, other);
       }
     }
-    if (any) any_stale.store(true, std::memory_order_relaxed);
+    if (!all) fresh.store(false, std::memory_order_relaxed);
   });
-  if (any_stale) prepare_stale(cells);
-  for (const PageId p : list_) pages_[p].listed = false;
+  return fresh;
 }
 
 /// Of the listed pages, and those beside them.
@@ -316,9 +337,9 @@ void Heat::conduct_chunk(Cells& cells, const HeatStep& step, size_t c) {
     const HeatAhead ahead = {.own = cells.find_heats(list_[next]),
                              .high_x = cells.find_heats(around[kFacePage[1]]),
                              .high_y = cells.find_heats(around[kFacePage[3]]),
-                             .own_kinds = pages_[list_[next]].kinds.get(),
-                             .high_x_kinds = pages_[around[kFacePage[1]]].kinds.get(),
-                             .high_y_kinds = pages_[around[kFacePage[3]]].kinds.get()};
+                             .own_kinds = pages_[list_[next]].kinds,
+                             .high_x_kinds = pages_[around[kFacePage[1]]].kinds,
+                             .high_y_kinds = pages_[around[kFacePage[3]]].kinds};
     if (!page.heat && !heats_[n]) heats_[n] = std::make_unique<Cells::Heats>();
     int32_t* const into = page.heat ? cells.heats(p).data() : heats_[n]->data();
     results_[n] = conduct_in_place(page, sides, step, into, through, ahead);
@@ -453,7 +474,13 @@ void Heat::conduct_implicit(Cells& cells, const HeatStep& step) {
 
 /// Tells who has to look again.
 void Heat::write(Cells& cells, RuleReport& report) {
-  for (size_t n = 0; n < list_.size(); ++n)
+  std::atomic<bool> all_open{true};
+  world::parallel_ranges(list_.size(), kLookupsATask, [&](size_t begin, size_t end) {
+    for (size_t n = begin; n < end; ++n)
+      if (results_[n].sides_changed && !cells.is_open_around(list_[n]))
+        all_open.store(false, std::memory_order_relaxed);
+  });
+  for (size_t n = 0; n < list_.size() && !all_open; ++n)
     if (results_[n].sides_changed) cells.open_around(list_[n]);
   looks_.resize(cells.page_limit(), 0);
   const auto look = [&](PageId p) { std::atomic_ref<uint8_t>(looks_[p]).store(1, std::memory_order_relaxed); };
@@ -518,11 +545,9 @@ RuleReport Heat::step(Cells& cells, const Tick& tick) {
               report);
   }
   report.bytes = pages_.capacity() * sizeof(HeatPage) + faces_.capacity() * sizeof(PageFaces) +
-                 copies_.capacity() * sizeof(SideNumbers);
+                 copies_.capacity() * sizeof(SideNumbers) + kinds_.bytes();
   for (const auto& heats : heats_)
     if (heats) report.bytes += sizeof(Cells::Heats);
-  for (const HeatPage& page : pages_)
-    if (page.kinds) report.bytes += sizeof(ThermalKinds) + page.kinds->all.capacity() * sizeof(ThermalVoxel);
   return report;
 }
 

@@ -37,13 +37,25 @@ Contender triad() {
           }};
 }
 
-/// Rock of one kind, or of layers, in which every voxel is as warm as chance says.
-Result<Prepared> prepare_heat(BenchContext& context, bool mixed) {
+enum class Rock { one_kind, layers, by_chance };
+
+/// Rock in which every voxel is as warm as chance says: of one kind, of layers, or of cubes of two kinds by chance, so
+/// that no leaf is like another.
+Result<Prepared> prepare_heat(BenchContext& context, Rock rock) {
   const VoxelBox box = box_of(context);
   const auto bench = std::make_shared<RuleBench>();
   bench->fill(box, "granite");
-  if (mixed)
-    for (int y = 0; y <= box.max.y; y += 4) bench->fill({{0, y, 0}, {box.max.x, y + 1, box.max.z}}, "copper_ore");
+  for (int y = 0; rock == Rock::layers && y <= box.max.y; y += 4)
+    bench->fill({{0, y, 0}, {box.max.x, y + 1, box.max.z}}, "copper_ore");
+  if (rock == Rock::by_chance) {
+    world::EditBatch batch;
+    const world::BlockId ore = bench->world.palette->find("copper_ore").value();
+    for (int x = 0; x <= box.max.x; ++x)
+      for (int y = 0; y <= box.max.y; ++y)
+        for (int z = 0; z <= box.max.z; ++z)
+          if (world::random_bits(8, x / 2, y / 2, z / 2) % 2 == 0) batch.set({x, y, z}, ore);
+    CHECK(bench->world.store.apply(batch).ok());
+  }
   bench->options.knobs.heat_interval = 1;
   bench->start("heat", box);
   for (const sim::PageId p : bench->pages) {
@@ -146,9 +158,11 @@ void add_heat_rows(Registry& registry) {
                   .prepare = std::move(prepare)});
   };
   add("heat_one_block", "conducts in 192^3 voxels of granite, all awake, each as warm as chance says", bandwidth,
-      [](BenchContext& c) { return prepare_heat(c, false); });
+      [](BenchContext& c) { return prepare_heat(c, Rock::one_kind); });
   add("heat_two_blocks", "the same in layers of granite and ore of 2 m", std::nullopt,
-      [](BenchContext& c) { return prepare_heat(c, true); });
+      [](BenchContext& c) { return prepare_heat(c, Rock::layers); });
+  add("heat_no_leaf_alike", "the same in cubes of granite and ore of 2 m by chance, so that no leaf is like another",
+      std::nullopt, [](BenchContext& c) { return prepare_heat(c, Rock::by_chance); });
   add("reactions_idle", "looks for partners in 192^3 voxels that have none, all awake", updates,
       [](BenchContext& c) { return prepare_idle(c, "reactions"); });
   add("reactions_busy", "lava and water in a chequer of 8 m, the first 16 ticks, voxels of visited leaves",
