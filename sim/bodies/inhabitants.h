@@ -42,6 +42,10 @@ class Inhabitants {
   const Particles* particles() const { return particles_.get(); }
 
   /// Of the bodies: as text, empty where there are none; and back.
+  std::unique_ptr<Particles> release_particles() { return std::move(particles_); }
+  void adopt_particles(std::unique_ptr<Particles> particles) {
+    if (particles_) particles_ = std::move(particles);
+  }
   std::string state() const;
   world::Status restore(std::string_view state);
 

@@ -71,6 +71,7 @@ class Particles {
   /// Particles are kept by their distance from here: a viewer, moved now and then.
   void set_origin(world::VoxelPos origin);
   world::VoxelPos origin() const { return origin_; }
+  int subscriber() const { return subscriber_; }  // of the store
 
   ParticleReport step(const ParticleSettings& settings);
 

@@ -112,6 +112,12 @@ class Matter {
   int amount_at(world::VoxelPos v) const;
   /// Every rule, bodies and particles, also those that were not called for.
   std::vector<EffectReport> effects() const;
+  /// Takes the particles out, and puts in those of another matter of the same world: they are no part of its state, so
+  /// they may go on where it is made anew. Puts nothing in where the world asks for none.
+  std::unique_ptr<Particles> release_particles() { return inhabitants_ ? inhabitants_->release_particles() : nullptr; }
+  void adopt_particles(std::unique_ptr<Particles> particles) {
+    if (inhabitants_ && particles) inhabitants_->adopt_particles(std::move(particles));
+  }
   const Bodies* bodies() const { return inhabitants_ ? inhabitants_->bodies() : nullptr; }
   const Particles* particles() const { return inhabitants_ ? inhabitants_->particles() : nullptr; }
   size_t bytes() const;

@@ -154,6 +154,8 @@ world::Result<std::unique_ptr<PlaySimulation>> PlaySimulation::make(world::World
 }
 
 world::Status PlaySimulation::make_matter(uint64_t tick) {
+  // Rain goes on where it is.
+  std::unique_ptr<sim::Particles> particles = matter_ ? matter_->release_particles() : nullptr;
   matter_.reset();
   left_behind_.insert(left_behind_.end(), of_matter_.begin(), of_matter_.end());
   of_matter_.clear();
@@ -164,6 +166,14 @@ world::Status PlaySimulation::make_matter(uint64_t tick) {
   const int after = world_.store.subscribe();
   left_behind_.insert(left_behind_.end(), {before, after});
   for (int id = before + 1; id < after; ++id) of_matter_.push_back(id);
+  if (particles && matter_->particles()) {
+    std::erase(left_behind_, particles->subscriber());
+    of_matter_.push_back(particles->subscriber());
+    const int made_anew = matter_->particles()->subscriber();
+    std::erase(of_matter_, made_anew);
+    left_behind_.push_back(made_anew);
+    matter_->adopt_particles(std::move(particles));
+  }
   return begun;
 }
 

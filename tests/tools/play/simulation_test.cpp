@@ -547,6 +547,33 @@ TEST(InhabitantRecords, StandBetweenTheLastTwoTicks) {
   EXPECT_EQ(records.view_at(1).particles[0].y, records.view().particles[0].y);
 }
 
+TEST(PlayedRain, GoesOnThroughUndoAndStepsBack) {
+  world::World world = small_world();
+  world.simulation.particles.push_back(
+      {.kind = "rain", .box = {{2, 38, 2}, {60, 38, 60}}, .per_s = 2000, .velocity = {0, -8, 0}, .brings = {}});
+  auto play = std::move(*PlaySimulation::make(world));
+  for (int n = 0; n < 60; ++n) play->step_matter();
+  ASSERT_TRUE(play->edit(box_of({40, 8, 40}, {41, 9, 41}, *world.palette->find("glass"))).ok());
+  for (int n = 0; n < 20; ++n) play->step_matter();
+  const size_t falling = play->matter().particles()->size();
+  ASSERT_GT(falling, 1000u);
+  ASSERT_TRUE(play->undo());
+  EXPECT_EQ(play->matter().particles()->size(), falling);
+  for (int n = 0; n < 3; ++n) {
+    play->step_matter();
+    ASSERT_TRUE(play->step_back());
+    EXPECT_GT(play->matter().particles()->size(), falling / 2);
+  }
+  // They meet what is built from then on.
+  ASSERT_TRUE(play->edit(box_of({0, 20, 0}, {63, 20, 63}, *world.palette->find("glass"))).ok());
+  for (int n = 0; n < 200; ++n) play->step_matter();
+  const sim::Particles& rain = *play->matter().particles();
+  for (size_t kind = 0; kind < rain.kinds().size(); ++kind)
+    for (const uint32_t index : rain.blocks(static_cast<int>(kind)))
+      for (int i = 0; i < rain.block(index).count; ++i)
+        ASSERT_GE(rain.origin().y + (rain.block(index).at[1][i] >> sim::kParticleFixedLog2), 20);
+}
+
 TEST(SimThread, OnAFullDiskAutosaveSaysSoAndTheWorldIsSavedOnceThereIsRoom) {
   const world::TemporaryFolder folder;
   const std::filesystem::path path = folder / "world.loam";
