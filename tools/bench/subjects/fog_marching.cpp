@@ -3,6 +3,10 @@
 ///
 /// height fog  0.05 1/m at density 1, scale height 20 m; rays of 10 .. 300 m from 0 .. 40 m up, in all directions that
 ///             stay above -40 m. Reference: the closed form.
+/// fog kinds   of one density within bounds: everywhere, in a box, in an ellipsoid, below a slanted plane; 0.05 1/m,
+/// rays of
+///             10 .. 100 m that begin within 40 m. Reference: the closed form of each. What a march misses is the piece
+///             of a step that lies across a bound, so both rules are first order there, and exact where there is none.
 /// smoke       a ball of 48 voxels with smooth lumps and holes, trilinear; rays through it. Reference: the integral of
 ///             each cell's cubic, which is exact but for rounding. Marching's steps share the part of the ray inside
 ///             the grid's bounds.
@@ -59,6 +63,20 @@ std::shared_ptr<const FogProblem> height_fog(int count, uint64_t seed) {
     const double t1 = 10 + 290 * random();
     if (origin.y + t1 * direction.y < -40) continue;
     problem->rays.push_back({origin, direction, 0, t1, 0});
+  }
+  return problem;
+}
+
+std::shared_ptr<const FogProblem> fog_of_kind(const std::string& kind, int count, uint64_t seed) {
+  auto problem = std::make_shared<FogProblem>();
+  problem->medium.kind = kind;
+  problem->medium.half_extent = {30, 12, 20};
+  problem->medium.normal = world::Vec3f(glm::normalize(Vec3d(0.2, 1, -0.3)));
+  problem->sigma_t = 0.05;
+  Numbers random{seed};
+  for (int i = 0; i < count; ++i) {
+    const Vec3d origin = 40.0 * random() * any_direction(random), direction = any_direction(random);
+    problem->rays.push_back({origin, direction, 0, 10 + 90 * random(), 0});
   }
   return problem;
 }
@@ -202,6 +220,24 @@ void add_subject_fog_marching(Registry& registry) {
     return all_methods(problem, {1, 2, 4, 8, 16, 32, 64, 128});
   };
   registry.add(std::move(height));
+
+  Subject kinds = subject("fog_kinds", "how many steps does fog of one density within bounds need?",
+                          "closed form of each kind of fog");
+  for (const char* kind : {"box_fog", "ellipsoid_fog", "halfspace_fog"})
+    kinds.expected_slopes[std::string(kind) + " midpoint"] = {-1, 8};
+  kinds.settings = [](BenchContext& context) -> Result<std::vector<Setting>> {
+    std::vector<Setting> settings;
+    for (const std::string kind : {"homogeneous", "box_fog", "ellipsoid_fog", "halfspace_fog"}) {
+      const auto problem = with_exact(*fog_of_kind(kind, context.quick() ? 400 : 4000, context.seed()));
+      const size_t first = settings.size();
+      add_settings(settings, kind + " closed form", Method::closed, {1}, problem, true);
+      add_settings(settings, kind + " midpoint", Method::midpoint, {1, 2, 4, 8, 16, 32, 64, 128}, problem, false);
+      add_settings(settings, kind + " jittered", Method::jittered, {1, 4, 16, 64}, problem, false);
+      for (size_t i = first; i < settings.size(); ++i) settings[i].problem = kind;
+    }
+    return settings;
+  };
+  registry.add(std::move(kinds));
 
   Subject grid = subject("fog_marching_smoke", "how is the transmittance of smoke found fastest at a given error?",
                          "integral of each cell's cubic, exact but for rounding");
