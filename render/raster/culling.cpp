@@ -89,7 +89,7 @@ void append_faces(const FaceCluster& cluster, const RecordBits& bits, std::vecto
       const uint32_t record = 32 * word + static_cast<uint32_t>(std::countr_zero(rest));
       if (record >= cluster.count) break;
       const uint32_t corner = 4 * (cluster.first + record);
-      for (const uint32_t of_face : {0u, 1u, 2u, 2u, 1u, 3u}) indices.push_back(corner + of_face);
+      for (const uint32_t of_face : kQuadCorners) indices.push_back(corner + of_face);
     }
 }
 

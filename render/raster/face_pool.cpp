@@ -64,6 +64,12 @@ void write_clusters(const PoolSource& source, FacePool::BoxOf box_of, PooledChun
 
 }  // namespace
 
+void fill_quad_indices(const gpu::Buffer& buffer, uint32_t records) {
+  auto* index = reinterpret_cast<uint32_t*>(buffer.mapped());
+  for (uint32_t r = 0; r < records; ++r)
+    for (const uint32_t corner : kQuadCorners) *index++ = 4 * r + corner;
+}
+
 uint32_t FaceCluster::among(const RecordBits& bits) const {
   uint32_t set = 0;
   for (uint32_t begin = 0; begin < count; begin += 32)

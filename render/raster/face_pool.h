@@ -33,6 +33,11 @@ std::vector<PoolSource> pool_sources(std::span<const ShapeChunk* const> chunks);
 /// A record a voxel in place of one a face.
 std::vector<PoolSource> instance_sources(std::span<const ShapeChunk* const> chunks);
 
+/// Of a rectangle's four vertices, those of its two triangles.
+constexpr std::array<uint32_t, 6> kQuadCorners{0, 1, 2, 2, 1, 3};
+/// Indices for that many records, from the first on.
+void fill_quad_indices(const gpu::Buffer& buffer, uint32_t records);
+
 /// A bit a record of a cluster.
 using RecordBits = std::array<uint32_t, kClusterRecords / 32>;
 constexpr RecordBits kNoRecords{}, kAllRecords{~0u, ~0u, ~0u, ~0u};

@@ -41,9 +41,7 @@ world::Status FacesPass::fit_indices(PassContext& context, uint32_t largest) {
   const uint32_t records = std::max(4096u, largest + largest / 2);
   TRY(indices_, gpu::make_buffer(context.device, uint64_t{records} * 24, VK_BUFFER_USAGE_INDEX_BUFFER_BIT,
                                  gpu::MemoryUse::upload));
-  auto* index = reinterpret_cast<uint32_t*>(indices_.mapped());
-  for (uint32_t r = 0; r < records; ++r)
-    for (const uint32_t corner : {0u, 1u, 2u, 2u, 1u, 3u}) *index++ = 4 * r + corner;
+  fill_quad_indices(indices_, records);
   TRY(point_indices_, gpu::make_buffer(context.device, uint64_t{records} * 4, VK_BUFFER_USAGE_INDEX_BUFFER_BIT,
                                        gpu::MemoryUse::upload));
   auto* point = reinterpret_cast<uint32_t*>(point_indices_.mapped());
@@ -152,7 +150,6 @@ world::Status FacesPass::prepare(PassContext& context, const Drawing& drawing, F
                           VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
   context.bindings.bind(kBindChunks, chunks_);
   if (list_.candidates.empty()) return {};
-  if (list_.indices.empty()) list_.indices.resize(6);  // no buffer is empty
   TRY_STATUS(context.fill(first_indices_, list_.indices.data(), list_.indices.size() * sizeof(uint32_t),
                           VK_BUFFER_USAGE_INDEX_BUFFER_BIT));
   return occlusion_.prepare(context, list_, draws_);

@@ -1,7 +1,5 @@
 #include "render/raster/occlusion_test.h"
 
-#include <algorithm>
-
 #include "depth_tiles.comp.spv.h"
 #include "occlusion.comp.spv.h"
 #include "pack_draws.comp.spv.h"
@@ -40,10 +38,10 @@ world::Status OcclusionTest::prepare(PassContext& context, const DrawList& list,
                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
   TRY_STATUS(context.fill(visible_, nullptr, list.candidates.size() * sizeof(RecordBits),
                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::MemoryUse::readback));
-  TRY_STATUS(context.fill(second_indices_, nullptr, std::max(list.second_faces, 1u) * uint64_t{6 * sizeof(uint32_t)},
+  TRY_STATUS(context.fill(second_indices_, nullptr, list.second_faces * uint64_t{6 * sizeof(uint32_t)},
                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDEX_BUFFER_BIT,
                           gpu::MemoryUse::device));
-  TRY_STATUS(context.fill(counts_, nullptr, std::max<size_t>(draw_ends_.size(), 1) * sizeof(uint32_t),
+  TRY_STATUS(context.fill(counts_, nullptr, draw_ends_.size() * sizeof(uint32_t),
                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
                           gpu::MemoryUse::device));
   context.bindings.bind(kBindTiles, tile_depths_);

@@ -18,12 +18,6 @@ std::vector<Constant> layer_constants(const Drawing& drawing, const LayerDraws& 
   return all;
 }
 
-void fill_quad_indices(const gpu::Buffer& buffer, uint32_t records) {
-  auto* index = reinterpret_cast<uint32_t*>(buffer.mapped());
-  for (uint32_t r = 0; r < records; ++r)
-    for (const uint32_t corner : {0u, 1u, 2u, 2u, 1u, 3u}) *index++ = 4 * r + corner;
-}
-
 void begin_clearing_colour(VkCommandBuffer commands, const Targets& targets, std::span<const VkImageView> colour,
                            VkImageView depth) {
   begin_rendering(commands, targets, colour, depth, false);

@@ -52,8 +52,6 @@ std::unique_ptr<LayerOrder> make_weighted_order();
 std::vector<Constant> layer_constants(const Drawing& drawing, const LayerDraws& draws,
                                       std::initializer_list<Constant> more = {});
 
-/// Two triangles for each record.
-void fill_quad_indices(const gpu::Buffer& buffer, uint32_t records);
 /// begin_rendering() into cleared colours, with the depth that is there.
 void begin_clearing_colour(VkCommandBuffer commands, const Targets& targets, std::span<const VkImageView> colour,
                            VkImageView depth);
