@@ -41,11 +41,12 @@ class Inhabitants {
   const Bodies* bodies() const { return bodies_.get(); }
   const Particles* particles() const { return particles_.get(); }
 
-  /// Of the bodies: as text, empty where there are none; and back.
+  /// See Matter: only where there are particles already.
   std::unique_ptr<Particles> release_particles() { return std::move(particles_); }
   void adopt_particles(std::unique_ptr<Particles> particles) {
     if (particles_) particles_ = std::move(particles);
   }
+  /// Of the bodies: as text, empty where there are none; and back.
   std::string state() const;
   world::Status restore(std::string_view state);
 
