@@ -107,27 +107,27 @@ std::optional<Clipboard> copy_box(const world::Store& store, VoxelPos a, VoxelPo
 namespace {
 
 template <class Source>
-Clipboard rearranged(const Clipboard& from, VoxelPos size, Source source) {
+Clipboard rearranged(const Clipboard& from, VoxelPos size, const std::vector<BlockId>& forms, Source source) {
   Clipboard to{size, {}};
   for (int x = 0; x < size.x; ++x)
     for (int y = 0; y < size.y; ++y)
       for (int z = 0; z < size.z; ++z) {
         const VoxelPos s = source(VoxelPos{x, y, z});
-        to.blocks.push_back(from.blocks[static_cast<size_t>((s.x * from.size.y + s.y) * from.size.z + s.z)]);
+        to.blocks.push_back(forms[from.blocks[static_cast<size_t>((s.x * from.size.y + s.y) * from.size.z + s.z)]]);
       }
   return to;
 }
 
 }  // namespace
 
-Clipboard turned(const Clipboard& c) {
-  return rearranged(c, {c.size.z, c.size.y, c.size.x}, [&](VoxelPos v) {
+Clipboard turned(const Clipboard& c, const TurnedForms& forms) {
+  return rearranged(c, {c.size.z, c.size.y, c.size.x}, forms.turned, [&](VoxelPos v) {
     return VoxelPos{v.z, v.y, c.size.z - 1 - v.x};
   });
 }
 
-Clipboard flipped(const Clipboard& c, int axis) {
-  return rearranged(c, c.size, [&](VoxelPos v) {
+Clipboard flipped(const Clipboard& c, int axis, const TurnedForms& forms) {
+  return rearranged(c, c.size, forms.flipped[static_cast<size_t>(axis)], [&](VoxelPos v) {
     v[axis] = c.size[axis] - 1 - v[axis];
     return v;
   });
@@ -143,12 +143,13 @@ EditBatch paste_of(const Clipboard& clipboard, VoxelPos low) {
   return batch;
 }
 
-EditBatch mirrored(const EditBatch& batch, int axis, int32_t at) {
+EditBatch mirrored(const EditBatch& batch, int axis, int32_t at, const TurnedForms& forms) {
   EditBatch both = batch;
   for (const EditBatch::Op& op : batch.ops()) {
     VoxelBox box = op.box;
+    if (box.min[axis] == at && box.max[axis] == at) continue;
     box.min[axis] = 2 * at - op.box.max[axis], box.max[axis] = 2 * at - op.box.min[axis];
-    both.fill(box, op.block);
+    both.fill(box, forms.flipped[static_cast<size_t>(axis)][op.block]);
   }
   return both;
 }

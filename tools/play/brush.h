@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "tools/play/forms.h"
 #include "world/world.h"
 
 namespace tools {
@@ -38,12 +39,12 @@ struct Clipboard {
 /// Nothing where the box is larger than kMostCopied.
 std::optional<Clipboard> copy_box(const world::Store& store, world::VoxelPos a, world::VoxelPos b);
 /// By a quarter about the vertical: what looked along x looks along z.
-Clipboard turned(const Clipboard& clipboard);
-Clipboard flipped(const Clipboard& clipboard, int axis);
+Clipboard turned(const Clipboard& clipboard, const TurnedForms& forms);
+Clipboard flipped(const Clipboard& clipboard, int axis, const TurnedForms& forms);
 /// Its lowest corner goes to `low`; air leaves what is there.
 world::EditBatch paste_of(const Clipboard& clipboard, world::VoxelPos low);
 
 /// The batch, and after it the same mirrored at the plane through the middle of the voxels at `at` along x or z.
-world::EditBatch mirrored(const world::EditBatch& batch, int axis, int32_t at);
+world::EditBatch mirrored(const world::EditBatch& batch, int axis, int32_t at, const TurnedForms& forms);
 
 }  // namespace tools

@@ -42,6 +42,7 @@ world::Result<std::unique_ptr<Game>> Game::make(std::unique_ptr<PlayedWorld> pla
   std::unique_ptr<Game> game(new Game);
   world::World& world = played->world();
   TRY(game->shapes_, world::block_shapes(*world.palette));
+  game->forms_ = TurnedForms(*world.palette);
   game->palette_ = *world.palette;
   game->name_ = played->name, game->scene_ = played->scene, game->path_ = played->path;
   game->own_file_ = options.own_file;
@@ -150,10 +151,10 @@ void Game::press(Action action) {
       say(fmt::format("brush radius {}", brush_radius));
       break;
     case Action::turn:
-      clipboard_ = turned(clipboard_);
+      clipboard_ = turned(clipboard_, forms_);
       break;
     case Action::flip:
-      clipboard_ = flipped(clipboard_, std::abs(std::sin(yaw_)) > 0.7 ? 0 : 2);
+      clipboard_ = flipped(clipboard_, std::abs(std::sin(yaw_)) > 0.7 ? 0 : 2, forms_);
       break;
     case Action::mirror:
       if (mirror_) {
@@ -353,7 +354,8 @@ uint64_t Game::edit(EditBatch batch, const std::string& what) {
       say("the world ends there: " + what + " was not done");
       return last_request_;
     }
-  if (mirror_) batch = mirrored(batch, mirror_->axis, mirror_->at);
+  if (mirror_) batch = mirrored(batch, mirror_->axis, mirror_->at, forms_);
+  pictures_->with_world([&](const world::World& world) { batch = with_what_falls(world, shapes_, std::move(batch)); });
   PlayRequest request;
   request.kind = PlayRequest::Kind::edit, request.edit = std::move(batch);
   return last_request_ = simulation_->ask(std::move(request));

@@ -123,6 +123,7 @@ class Game {
   bool own_file_ = false, closed_ = false;
   world::BlockPalette palette_;
   world::BlockShapes shapes_;
+  TurnedForms forms_;
   std::unique_ptr<SimThread> simulation_;  // outlives the pictures, which follow it
   std::unique_ptr<PictureMaker> pictures_;
 

@@ -61,39 +61,6 @@ bool is_replaceable(const world::BlockPalette& palette, const world::BlockShapes
   return shape && shape->boxes.empty();
 }
 
-world::BlockId upright_form(const world::BlockPalette& palette, const world::BlockShapes& shapes,
-                            world::BlockId block) {
-  const world::Proxy* shape = shapes.shape[block];
-  if (!shape || shape->borne_by == world::kAlways || shape->borne_by == world::kFaceNegY) return block;
-  const std::string& name = palette[block].name;
-  return palette.find(name.substr(0, name.rfind('_'))).value_or(block);
-}
-
-std::optional<world::BlockId> form_beside(const world::World& world, const world::BlockShapes& shapes,
-                                          world::BlockId block, const Pick& target) {
-  const world::BlockPalette& palette = *world.palette;
-  const world::BlockId upright = upright_form(palette, shapes, block);
-  if (!shapes.shape[upright] || shapes.shape[upright]->borne_by == world::kAlways) return block;
-  const auto form_at = [&](int face) -> std::optional<world::BlockId> {
-    const world::BlockId bearer = world.store.get(target.beside() + world::face_step(face));
-    const world::Phase phase = palette[bearer].phase;
-    const bool stands = face == world::kFaceNegY && !is_replaceable(palette, shapes, bearer);
-    const bool is_wall = bearer != world::kAir && !shapes.shape[bearer] &&
-                         (phase == world::Phase::solid || phase == world::Phase::granular);
-    if (!stands && !is_wall) return std::nullopt;
-    for (const char* side : {"", "_east", "_north", "_south", "_west"})
-      if (const auto form = palette.find(palette[upright].name + side);
-          form && shapes.shape[*form] && shapes.shape[*form]->borne_by == face)
-        return form;
-    return std::nullopt;
-  };
-  if (!target.replaceable)
-    if (const auto form = form_at(world::opposite_face(target.face))) return form;
-  for (const int face : {world::kFaceNegY, world::kFacePosX, world::kFaceNegZ, world::kFacePosZ, world::kFaceNegX})
-    if (const auto form = form_at(face)) return form;
-  return std::nullopt;
-}
-
 Pick pick(const world::World& world, const world::BlockShapes& shapes, const world::WorldPoint& eye,
           const Vec3d& direction, double reach_m, bool fluids) {
   const world::BlockPalette& palette = *world.palette;

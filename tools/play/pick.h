@@ -29,14 +29,6 @@ Pick pick(const world::World& world, const world::BlockShapes& shapes, const wor
 /// Whether a block goes where this one is, in its place: air, gases, liquids, and plants that are flat.
 bool is_replaceable(const world::BlockPalette& palette, const world::BlockShapes& shapes, world::BlockId block);
 
-/// What is placed where `target` says, of a block that something has to bear: the form of it that leans on the side
-/// that was pointed at ("torch_east"), else the one that stands on what is below, else one that leans on any wall
-/// there. None where nothing bears it. Other blocks are placed as they are.
-std::optional<world::BlockId> form_beside(const world::World& world, const world::BlockShapes& shapes,
-                                          world::BlockId block, const Pick& target);
-/// The block of which this one is the form at a wall; itself, where it is none.
-world::BlockId upright_form(const world::BlockPalette& palette, const world::BlockShapes& shapes, world::BlockId block);
-
 /// Where a cubic metre more of a liquid goes that is poured into `from`: there, or above what holds some of it already,
 /// from where it falls. None where that has no room, or is more than 16 m up.
 std::optional<world::VoxelPos> room_to_pour(const world::World& world, const world::BlockShapes& shapes,

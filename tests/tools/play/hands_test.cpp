@@ -12,6 +12,7 @@
 #include "tools/play/console.h"
 #include "tools/play/controls.h"
 #include "tools/play/day_clock.h"
+#include "tools/play/forms.h"
 #include "tools/play/hud.h"
 #include "tools/play/pace.h"
 #include "tools/play/pick.h"
@@ -214,11 +215,13 @@ TEST_F(Hands, FourTurnsAndTwoFlipsAreNothing) {
   put(world, box_of({1, 1, 1}, {1, 1, 3}, block(world, "glass")));
   const auto copy = copy_box(world.store, {2, 2, 4}, {0, 0, 0});
   ASSERT_TRUE(copy);
-  const Clipboard around = turned(turned(turned(turned(*copy))));
+  const TurnedForms forms(*world.palette);
+  Clipboard around = *copy;
+  for (int i = 0; i < 4; ++i) around = turned(around, forms);
   EXPECT_EQ(around.blocks, copy->blocks);
   EXPECT_EQ(around.size, copy->size);
-  EXPECT_NE(turned(*copy).blocks, copy->blocks);
-  for (const int axis : {0, 1, 2}) EXPECT_EQ(flipped(flipped(*copy, axis), axis).blocks, copy->blocks);
+  EXPECT_NE(turned(*copy, forms).blocks, copy->blocks);
+  for (const int axis : {0, 1, 2}) EXPECT_EQ(flipped(flipped(*copy, axis, forms), axis, forms).blocks, copy->blocks);
   world::World other{world::standard_blocks()};
   put(other, paste_of(*copy, {100, 7, -3}));
   EXPECT_EQ(other.store.get({101, 8, 0}), block(other, "glass"));
@@ -226,9 +229,86 @@ TEST_F(Hands, FourTurnsAndTwoFlipsAreNothing) {
 }
 
 TEST_F(Hands, MirrorBuildsBothSides) {
-  put(world, mirrored(box_of({3, 0, 0}, {5, 1, 0}, block(world, "granite")), 0, 1));
+  put(world, mirrored(box_of({3, 0, 0}, {5, 1, 0}, block(world, "granite")), 0, 1, TurnedForms(*world.palette)));
   EXPECT_EQ(voxels(world), 12u);
   EXPECT_EQ(world.store.get({-3, 1, 0}), world.store.get({5, 1, 0}));
+}
+
+TEST_F(Hands, ATorchComesDownWithTheWallThatBearsIt) {
+  for (int face = 0; face < world::kFaces; ++face) {
+    if (face == world::kFaceNegY) continue;  // nothing hangs
+    set({0, 0, 0}, "granite");
+    const VoxelPos step = world::face_step(face);
+    const Pick target{.hit = true, .voxel = {0, 0, 0}, .face = face};
+    const auto form = form_beside(world, shapes, block(world, "torch"), target);
+    ASSERT_TRUE(form);
+    set(step, (*world.palette)[*form].name.c_str());
+    set({3, 3, 3}, "torch");  // bears nothing on nothing, and stays as it is
+    world::EditBatch dig;
+    dig.set({0, 0, 0}, world::kAir);
+    put(world, with_what_falls(world, shapes, dig));
+    EXPECT_EQ(voxels(world), 1u);
+    EXPECT_EQ(world.store.get({3, 3, 3}), block(world, "torch"));
+  }
+  // Of a blast, all at its rim; a wall that another wall takes the place of keeps its torch.
+  put(world, box_of({-8, -8, -8}, {7, 7, 7}, block(world, "granite")));
+  set({8, 0, 0}, "torch_west"), set({0, 8, 0}, "candle"), set({0, 8, 7}, "candle");
+  put(world, with_what_falls(world, shapes, box_of({7, 0, 0}, {7, 0, 0}, block(world, "glass"))));
+  EXPECT_NE(world.store.get({8, 0, 0}), world::kAir);
+  put(world, with_what_falls(world, shapes, sphere_of({7, 0, 0}, 3, world::kAir)));
+  put(world, with_what_falls(world, shapes, sphere_of({0, 7, 0}, 3, world::kAir)));
+  EXPECT_EQ(world.store.get({8, 0, 0}), world::kAir);
+  EXPECT_EQ(world.store.get({0, 8, 0}), world::kAir);
+  EXPECT_EQ(world.store.get({0, 8, 7}), block(world, "candle"));
+}
+
+TEST_F(Hands, WhatLooksToASideTurnsWithWhatItIsCopiedIn) {
+  const TurnedForms forms(*world.palette);
+  set({0, 0, 0}, "granite");
+  for (int face : {world::kFacePosX, world::kFaceNegX, world::kFacePosZ, world::kFaceNegZ}) {
+    const Pick target{.hit = true, .voxel = {0, 0, 0}, .face = face};
+    const world::BlockId torch = *form_beside(world, shapes, block(world, "torch"), target);
+    const VoxelPos step = world::face_step(face);
+    put(world, box_of(step, step, torch));
+  }
+  ASSERT_EQ(voxels(world), 5u);
+  // Four torches around a block are that, however it is turned and mirrored.
+  const Clipboard copy = *copy_box(world.store, {-1, 0, -1}, {1, 0, 1});
+  EXPECT_EQ(turned(copy, forms).blocks, copy.blocks);
+  for (const int axis : {0, 2}) EXPECT_EQ(flipped(copy, axis, forms).blocks, copy.blocks);
+  world::World other{world::standard_blocks()};
+  const world::BlockId east = world.store.get({1, 0, 0});
+  put(other, mirrored(box_of({5, 0, 0}, {5, 0, 0}, east), 0, 0, forms));
+  EXPECT_EQ(other.store.get({5, 0, 0}), east);
+  EXPECT_EQ(other.store.get({-5, 0, 0}), world.store.get({-1, 0, 0}));
+}
+
+TEST(Forms, NamesOfOtherGamesTurnToo) {
+  world::BlockPalette palette = world::standard_blocks();
+  const auto add = [&](const char* name) {
+    world::Block block = palette[*palette.find("granite")];
+    block.name = name;
+    return *palette.add(block);
+  };
+  const char* const kStairs[] = {"stairs[facing=east,half=top,shape=inner_left]",
+                                 "stairs[facing=south,half=top,shape=inner_left]",
+                                 "stairs[facing=west,half=top,shape=inner_right]"};
+  const char* const kFences[] = {"fence[east=true,north=false,south=false,west=false]",
+                                 "fence[east=false,north=false,south=true,west=false]",
+                                 "fence[east=false,north=false,south=false,west=true]"};
+  const char* const kRails[] = {"rail[shape=north_east]", "rail[shape=south_east]", "rail[shape=north_west]"};
+  const char* const kLogs[] = {"log[axis=x]", "log[axis=z]", "log[axis=x]"};
+  for (const auto& names : {kStairs, kFences, kRails, kLogs})
+    for (int i = 0; i < 3; ++i)
+      if (!palette.find(names[i])) add(names[i]);
+  const TurnedForms forms(palette);
+  for (const auto& names : {kStairs, kFences, kRails, kLogs}) {
+    const char *const from = names[0], *const turned = names[1], *const mirrored = names[2];
+    EXPECT_EQ(palette[forms.turned[*palette.find(from)]].name, turned);
+    EXPECT_EQ(palette[forms.flipped[0][*palette.find(from)]].name, mirrored);
+  }
+  // A form that isn't there leaves the block as it is.
+  EXPECT_EQ(palette[forms.turned[*palette.find(kStairs[1])]].name, kStairs[1]);
 }
 
 // ---- keys ----
