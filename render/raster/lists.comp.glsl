@@ -11,19 +11,31 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = kSpecCoveragePattern) const uint kCoveragePattern = 0u;
 layout(binding = kBindColour, rgba32f) uniform image2D colour_image;
-layout(binding = kBindLayerHeads, r32ui) readonly uniform uimage2D heads;
+layout(binding = kBindLayerHeads, r32ui) uniform uimage2D heads;
 layout(binding = kBindLayerNodes, std430) readonly buffer Nodes { uint nodes[]; };
-layout(constant_id = kSpecListedPixels) const bool kListedPixels = false;
-layout(binding = kBindLayerPixels, std430) readonly buffer Pixels { uint pixels[]; };
-layout(binding = kBindLayerDispatch, std430) readonly buffer Dispatch { uint layer_groups, one_y, one_z, pixel_count; };
+layout(constant_id = kSpecOwnNodes) const bool kOwnNodes = false;
+layout(binding = kBindLayerOwnNodes, std430) readonly buffer OwnNodes { uvec2 own_nodes[]; };
+layout(constant_id = kSpecListedTiles) const bool kListedTiles = false;
+layout(binding = kBindLayerTileListed, std430) writeonly buffer TileListed { uint tile_listed[]; };
+layout(binding = kBindLayerTiles, std430) readonly buffer Tiles { uint tiles[]; };
 
 /// A share of the picture below which a mirrored ray is not worth its cost.
 const float kLeastMirrored = 0.004;
 
+uvec2 own_node = uvec2(0);  // of the pixel
+/// Of a node the interface and its plane; and the node before it, 0: none.
+uvec2 interface_in(uint node) {
+  if (kOwnNodes && node == kOwnNode) return own_node;
+  const uint at = 3u * (node - kFirstNode);
+  return uvec2(nodes[at + 1u], nodes[at + 2u]);
+}
+uint node_before(uint node) { return kOwnNodes && node == kOwnNode ? 0u : nodes[3u * (node - kFirstNode)]; }
+
 /// t of the node's plane, and of equal ones by axis.
 vec2 order_of(uint node, vec3 ray) {
-  const uint packed = nodes[3u * node + 1u], axis = packed >> 14u & 3u;
-  return vec2(level_plane_t(axis, int(nodes[3u * node + 2u]), interface_level(packed), ray), float(axis));
+  const uvec2 of = interface_in(node);
+  const uint axis = of.x >> 14u & 3u;
+  return vec2(level_plane_t(axis, int(of.y), interface_level(of.x), ray), float(axis));
 }
 bool before(vec2 a, vec2 b) { return a.x < b.x || (a.x == b.x && a.y < b.y); }
 
@@ -37,13 +49,17 @@ struct Bend {
 void main() {
   read_picture();
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-  if (kListedPixels) {
-    const uint place = gl_WorkGroupID.x * 64u + gl_LocalInvocationIndex;
-    if (place >= pixel_count) return;
-    pixel = ivec2(pixels[place] & 0xffffu, pixels[place] >> 16);
+  const uint width = uint(layers.eye.w);
+  if (kListedTiles) {
+    const ivec2 tile = ivec2(tiles[gl_WorkGroupID.x] & 0xffffu, tiles[gl_WorkGroupID.x] >> 16);
+    pixel = 8 * tile + ivec2(gl_LocalInvocationID.xy);
+    if (gl_LocalInvocationIndex == 0u) tile_listed[uint(tile.y) * ((width + 7u) >> 3) + uint(tile.x)] = 0u;
   }
   if (any(greaterThanEqual(pixel, ivec2(picture.screen.xy)))) return;
   const uint head = imageLoad(heads, pixel).x, eye = uint(layers.eye.x);
+  // The next picture finds it empty.
+  if (head != 0u) imageStore(heads, pixel, uvec4(0));
+  if (kOwnNodes && head != 0u) own_node = own_nodes[uint(pixel.y) * width + uint(pixel.x)];
   const uvec2 seen = texelFetch(seen_image, pixel, 0).xy;
   bool mirror = kReflection != kReflectionNone && seen.x != 0u && (seen.x & kSeenNoFace) == 0u &&
                       (block_kinds[2u * seen_block(seen.x) + 1u] & 1u) != 0u;
@@ -61,16 +77,18 @@ void main() {
   vec2 last = vec2(0, -1);
   Bend bend;
   bend.found = bend.left = false;
-  for (;;) {
+  for (bool more = true; more;) {
+    more = !kOwnNodes || head != kOwnNode;  // which is alone
     vec2 nearest = vec2(t_end, 4);
     uint next = 0u;
-    for (uint node = head; node != 0u; node = nodes[3u * node - 3u]) {
-      const vec2 order = order_of(node - 1u, ray);
+    for (uint node = head; node != 0u; node = node_before(node)) {
+      const vec2 order = order_of(node, ray);
       if (before(last, order) && before(order, nearest)) nearest = order, next = node;
     }
     if (next == 0u || nearest.x >= t_end) break;
     last = nearest;
-    const Interface i = interface_of(nodes[3u * next - 2u], int(nodes[3u * next - 1u]), ray);
+    const uvec2 of = interface_in(next);
+    const Interface i = interface_of(of.x, int(of.y), ray);
     const SeeThroughBlock owner = layer_blocks[i.owner];
     const InterfaceShares shares = shares_of(i, direction);
     const vec3 matte = kLayerMatte && shares.matte > 0.0 ? matte_radiance(i, ray, direction) : vec3(0);

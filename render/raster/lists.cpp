@@ -1,7 +1,8 @@
 /// transparency=lists: every interface goes into a list of its pixel, and a compute pass puts them in exact order.
 ///
-///   heads  [pixels] uint          1 + place of the last node
-///   nodes  [n] 3 uint             the node before, the interface, its plane; 12 bytes a layer of a pixel
+///   heads  [pixels] uint          which node is the last
+///   own    [pixels] 2 uint        the interface and its plane of the first node, where a buffer for all fits
+///   nodes  [n] 3 uint             the node before, the interface, its plane; 12 bytes a further layer of a pixel
 /// Where the nodes don't fit, they are counted, and the picture is drawn again with room for them. Beyond what a buffer
 /// of the device holds they are dropped; row "transparency_dropped" says how many.
 /// source  Jason Yang, Justin Hensley, Holger Gruen, Nicolas Thibieroz. Real-Time Concurrent Linked List Construction
@@ -18,29 +19,36 @@ namespace render::raster {
 
 namespace {
 
-constexpr uint32_t kNodeBytes = 12;
+constexpr uint32_t kNodeBytes = 12, kOwnNodeBytes = 8;
+constexpr uint32_t kNoTiles[] = {0, 1, 1};  // of a dispatch
 
 class ListOrder : public LayerOrder {
  public:
   world::Status fit(PassContext& context) override {
     behind_ = {};
-    TRY(heads_,
-        gpu::make_image(context.device, context.targets.extent(), VK_FORMAT_R32_UINT,
-                        VK_IMAGE_USAGE_STORAGE_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT, VK_IMAGE_ASPECT_COLOR_BIT));
-    TRY(count_, gpu::make_buffer(context.device, sizeof(uint32_t),
-                                 VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
-                                 gpu::MemoryUse::readback));
     const VkExtent2D extent = context.targets.extent();
-    const uint64_t pixel_bytes = uint64_t{extent.width} * extent.height * sizeof(uint32_t);
-    can_list_ = pixel_bytes <= context.device.limits().maxStorageBufferRange;
-    TRY(pixels_, gpu::make_buffer(context.device, can_list_ ? pixel_bytes : 0, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                                  gpu::MemoryUse::device));
-    TRY(dispatch_, gpu::make_buffer(context.device, 4 * sizeof(uint32_t),
-                                    VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT |
-                                        VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+    TRY(heads_,
+        gpu::make_image(context.device, extent, VK_FORMAT_R32_UINT,
+                        VK_IMAGE_USAGE_STORAGE_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT, VK_IMAGE_ASPECT_COLOR_BIT));
+    constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
+    TRY(count_, gpu::make_buffer(context.device, sizeof(uint32_t), kStorage | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+                                 gpu::MemoryUse::readback));
+    const VkPhysicalDeviceLimits& limits = context.device.limits();
+    const uint64_t own_bytes = uint64_t{extent.width} * extent.height * kOwnNodeBytes;
+    own_nodes_ = own_bytes <= limits.maxStorageBufferRange;
+    TRY(own_, gpu::make_buffer(context.device, own_nodes_ ? own_bytes : 0, kStorage, gpu::MemoryUse::device));
+    const uint64_t tiles = uint64_t{(extent.width + 7) / 8} * ((extent.height + 7) / 8);
+    can_list_ = own_nodes_ && tiles <= limits.maxComputeWorkGroupCount[0];
+    const uint64_t tile_bytes = can_list_ ? tiles * sizeof(uint32_t) : sizeof(uint32_t);
+    TRY(tiles_, gpu::make_buffer(context.device, tile_bytes, kStorage, gpu::MemoryUse::device));
+    TRY(tile_listed_, gpu::make_buffer(context.device, tile_bytes, kStorage | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+                                       gpu::MemoryUse::device));
+    TRY(dispatch_, gpu::make_buffer(context.device, sizeof kNoTiles,
+                                    kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
                                     gpu::MemoryUse::device));
+    cleared_ = false;
     most_ = context.device.limits().maxStorageBufferRange / kNodeBytes;
-    wanted_ = std::clamp(extent.width * extent.height, 4096u, most_);
+    wanted_ = std::clamp(extent.width * extent.height / (own_nodes_ ? 4 : 1), 4096u, most_);
     return {};
   }
 
@@ -52,13 +60,15 @@ class ListOrder : public LayerOrder {
                                    gpu::MemoryUse::device));
     }
     constants.eye.y = static_cast<int>(wanted_);
+    constants.eye.w = drawing.width;
     // Beside layers, what the eye is in and mirrors change pixels.
     listed_ = can_list_ && constants.eye.x == 0 && drawing.knobs.reflection == Reflection::none;
     const auto all = layer_constants(drawing, draws,
                                      {{kSpecCoveragePattern, static_cast<uint32_t>(drawing.knobs.coverage_pattern)},
                                       {kSpecRefraction, static_cast<uint32_t>(drawing.knobs.refraction)},
                                       {kSpecReflection, static_cast<uint32_t>(drawing.knobs.reflection)},
-                                      {kSpecListedPixels, listed_}});
+                                      {kSpecOwnNodes, own_nodes_},
+                                      {kSpecListedTiles, listed_}});
     if (!list_ || all != made_for_) {
       TRY(list_, make_graphics(context.device, transparency_vert_spv, lists_frag_spv,
                                {.depth = context.targets.depth_format,
@@ -82,24 +92,29 @@ class ListOrder : public LayerOrder {
     context.bindings.bind(kBindLayerHeads, heads_);
     context.bindings.bind(kBindLayerNodes, nodes_);
     context.bindings.bind(kBindLayerCount, count_);
-    context.bindings.bind(kBindLayerPixels, pixels_);
+    context.bindings.bind(kBindLayerOwnNodes, own_);
+    context.bindings.bind(kBindLayerTiles, tiles_);
+    context.bindings.bind(kBindLayerTileListed, tile_listed_);
     context.bindings.bind(kBindLayerDispatch, dispatch_);
     return {};
   }
 
   void record(VkCommandBuffer commands, PassContext& context, const Drawing&, const LayerDraws& draws) override {
-    image_discard(commands, heads_.handle, VK_IMAGE_ASPECT_COLOR_BIT, kComputeRead, kClearWrite);
-    const VkClearColorValue none{};
-    const VkImageSubresourceRange all{VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
-    vkCmdClearColorImage(commands, heads_.handle, VK_IMAGE_LAYOUT_GENERAL, &none, 1, &all);
+    if (!cleared_) {
+      image_discard(commands, heads_.handle, VK_IMAGE_ASPECT_COLOR_BIT, kComputeRead, kClearWrite);
+      const VkClearColorValue none{};
+      const VkImageSubresourceRange all{VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
+      vkCmdClearColorImage(commands, heads_.handle, VK_IMAGE_LAYOUT_GENERAL, &none, 1, &all);
+      vkCmdFillBuffer(commands, tile_listed_.handle, 0, VK_WHOLE_SIZE, 0);
+      cleared_ = true;  // from here on the compute pass clears what it has read
+    }
     vkCmdFillBuffer(commands, count_.handle, 0, sizeof(uint32_t), 0);
-    const uint32_t none_listed[] = {0, 1, 1, 0};
-    vkCmdUpdateBuffer(commands, dispatch_.handle, 0, sizeof none_listed, none_listed);
-    memory_barrier(commands, kClearWrite, kFragmentReadWrite);
+    vkCmdUpdateBuffer(commands, dispatch_.handle, 0, sizeof kNoTiles, kNoTiles);
+    memory_barrier(commands, kClearWrite | kComputeReadWrite, kFragmentReadWrite);
     begin_rendering(commands, context.targets, {}, context.targets.depth.view, false);
     draws.record(commands, context, list_);
     vkCmdEndRendering(commands);
-    memory_barrier(commands, kFragmentReadWrite, kComputeRead | kHostRead | kIndirectRead);
+    memory_barrier(commands, kClearWrite | kFragmentReadWrite, kComputeReadWrite | kHostRead | kIndirectRead);
     context.times.mark(commands, "transparency_resolve");
     if (copies_) copy_behind(commands, context.targets);
     context.bindings.use(commands, resolve_);
@@ -163,11 +178,12 @@ class ListOrder : public LayerOrder {
   Pipeline list_, resolve_;
   std::vector<Constant> made_for_;
   gpu::DeviceImage heads_, behind_;
-  gpu::Buffer nodes_, count_, pixels_, dispatch_, mirrored_;
+  gpu::Buffer nodes_, own_, count_, tiles_, tile_listed_, dispatch_, mirrored_;
   uint32_t wanted_ = 0, most_ = 0;  // nodes
   bool again_ = false, copies_ = false;
-  bool can_list_ = false;
-  bool listed_ = false;  // pixels that have a layer are in pixels_, and no others change
+  bool own_nodes_ = false, can_list_ = false;
+  bool listed_ = false;   // tiles that have a layer are in tiles_, and no others change
+  bool cleared_ = false;  // heads and tile_listed_ are 0 between pictures
 };
 
 }  // namespace

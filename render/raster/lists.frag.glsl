@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Adds an interface to the list of its pixel.
+// Adds an interface to the list of its pixel. The first takes the pixel's own node, so that most pixels ask for no number
+// that all share.
 #include "render/raster/raster.shared.h"
 #include "render/raster/rectangle_test.glsl.h"
 #include "render/raster/transparency.shared.h"
@@ -12,9 +13,12 @@ layout(binding = kBindLayerConstants) uniform Layers { LayerConstants layers; };
 layout(binding = kBindLayerHeads, r32ui) uniform uimage2D heads;
 layout(binding = kBindLayerNodes, std430) writeonly buffer Nodes { uint nodes[]; };
 layout(binding = kBindLayerCount, std430) buffer Count { uint count; };
-layout(constant_id = kSpecListedPixels) const bool kListedPixels = false;
-layout(binding = kBindLayerPixels, std430) writeonly buffer Pixels { uint pixels[]; };
-layout(binding = kBindLayerDispatch, std430) buffer Dispatch { uint layer_groups, one_y, one_z, pixel_count; };
+layout(constant_id = kSpecOwnNodes) const bool kOwnNodes = false;
+layout(binding = kBindLayerOwnNodes, std430) writeonly buffer OwnNodes { uvec2 own_nodes[]; };
+layout(constant_id = kSpecListedTiles) const bool kListedTiles = false;
+layout(binding = kBindLayerTileListed, std430) buffer TileListed { uint tile_listed[]; };
+layout(binding = kBindLayerTiles, std430) writeonly buffer Tiles { uint tiles[]; };
+layout(binding = kBindLayerDispatch, std430) buffer Dispatch { uint tile_count, one_y, one_z; };
 
 #include "render/raster/fragment_ray.glsl.h"
 
@@ -23,16 +27,20 @@ layout(location = 1) flat in vec4 rectangle;
 
 void main() {
   if (kExactEdges && !meets_rectangle(seen.x >> 14u & 3u, uintBitsToFloat(seen.z), rectangle, fragment_ray())) return;
+  const ivec2 pixel = ivec2(gl_FragCoord.xy);
+  if (kOwnNodes && imageAtomicCompSwap(heads, pixel, 0u, kOwnNode) == 0u) {
+    const uint width = uint(layers.eye.w);
+    own_nodes[uint(pixel.y) * width + uint(pixel.x)] = seen.xy;
+    if (kListedTiles) {
+      const uint tile = uint(pixel.y >> 3) * ((width + 7u) >> 3) + uint(pixel.x >> 3);
+      if (tile_listed[tile] == 0u && atomicExchange(tile_listed[tile], 1u) == 0u)
+        tiles[atomicAdd(tile_count, 1u)] = uint(pixel.x >> 3) | uint(pixel.y >> 3) << 16;
+    }
+    return;
+  }
   const uint node = atomicAdd(count, 1u);
   if (node >= uint(layers.eye.y)) return;  // counted: the next try has room
-  const uvec2 pixel = uvec2(gl_FragCoord.xy);
-  const uint last = imageAtomicExchange(heads, ivec2(pixel), node + 1u);
-  nodes[3u * node] = last;
+  nodes[3u * node] = imageAtomicExchange(heads, pixel, node + kFirstNode);
   nodes[3u * node + 1u] = seen.x;
   nodes[3u * node + 2u] = seen.y;
-  if (kListedPixels && last == 0u) {
-    const uint place = atomicAdd(pixel_count, 1u);
-    pixels[place] = pixel.x | pixel.y << 16;
-    if (place % 64u == 0u) atomicAdd(layer_groups, 1u);
-  }
 }

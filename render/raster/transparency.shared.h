@@ -13,7 +13,8 @@ SHARED_CONST uint kBindLayerFaces = 64;      // uvec2[]  records of render/extra
 SHARED_CONST uint kBindLayerChunks = 65;     // ivec4[]  corner of each chunk, relative to the camera's voxel
 SHARED_CONST uint kBindLayerBlocks = 66;     // SeeThroughBlock[] by kind
 SHARED_CONST uint kBindLayerConstants = 67;  // uniform LayerConstants
-SHARED_CONST uint kBindLayerHeads = 68;      // uimage   lists: 1 + place of a pixel's last node; 0: it has none
+SHARED_CONST uint kBindLayerHeads = 68;      // uimage   lists: of a pixel kFirstNode + place of its last node, or
+                                             //          kOwnNode; 0: it has none, so between pictures
 SHARED_CONST uint kBindLayerNodes = 69;      // uint[3n] lists: the node before, packed interface, plane
 SHARED_CONST uint kBindLayerCount = 70;      // uint     lists: nodes asked for
 SHARED_CONST uint kBindLayerShown = 71;      // texture  weighted: sum of weight * (radiance, 1 - passed)
@@ -28,8 +29,10 @@ SHARED_CONST uint kBindMirrored = 79;        // float[]  planar: the picture fro
 
 SHARED_CONST uint kBindLayerSorted = 80;  // uvec4[]  sorted: the two words of a record, and its chunk
 
-SHARED_CONST uint kBindLayerPixels = 81;    // uint[]   lists: x | y << 16 of the pixels that have a layer
-SHARED_CONST uint kBindLayerDispatch = 82;  // uint[4]  lists: the dispatch over them; how many
+SHARED_CONST uint kBindLayerTiles = 81;  // uint[]   lists: x | y << 16 of the tiles of 8 x 8 pixels that have a layer
+SHARED_CONST uint kBindLayerDispatch = 82;    // uint[3]  lists: the dispatch over them
+SHARED_CONST uint kBindLayerTileListed = 83;  // uint[]   lists: 1 where a tile is among them; 0 between pictures
+SHARED_CONST uint kBindLayerOwnNodes = 84;    // uvec2[]  lists: a pixel's own node: packed interface, plane
 
 SHARED_CONST uint kBlockUniform = 0x80000000u;
 SHARED_CONST uint kKindSolid = 0xffffu;  // what no ray sees through; air has the kind 0
@@ -42,16 +45,20 @@ SHARED_CONST uint kSpecRefraction = 65;       // by order of Refraction
 SHARED_CONST uint kSpecReflection = 66;       // by order of Reflection
 SHARED_CONST uint kSpecSortedRecords = 67;    // bool: faces are read from kBindLayerSorted
 SHARED_CONST uint kSpecAddsShown = 68;        // bool: the second of two passes
-SHARED_CONST uint kSpecClips = 69;         // bool: a picture in a mirror; light.yzw of the picture: axis, plane, side
-SHARED_CONST uint kSpecLayerMatte = 70;    // bool: the world holds sheets or partial coverage, which are lit
-SHARED_CONST uint kSpecBodies = 71;        // bool: the depth image says more than kBindSeen, there may be bodies
-SHARED_CONST uint kSpecListedPixels = 72;  // bool: lists: of the pixels that have a layer, else of all
+SHARED_CONST uint kSpecClips = 69;        // bool: a picture in a mirror; light.yzw of the picture: axis, plane, side
+SHARED_CONST uint kSpecLayerMatte = 70;   // bool: the world holds sheets or partial coverage, which are lit
+SHARED_CONST uint kSpecBodies = 71;       // bool: the depth image says more than kBindSeen, there may be bodies
+SHARED_CONST uint kSpecListedTiles = 72;  // bool: lists: of the tiles that have a layer, else of all
+SHARED_CONST uint kSpecOwnNodes = 73;     // bool: lists: each pixel has a node of its own
 SHARED_CONST uint kRefractionNone = 0u, kRefractionScreen = 1u, kRefractionTraced = 2u;
 SHARED_CONST uint kReflectionNone = 0u, kReflectionScreen = 1u, kReflectionPlanar = 2u, kReflectionTraced = 3u;
 
+SHARED_CONST uint kOwnNode = 1u, kFirstNode = 2u;
+
 /// Only members of 16 bytes, so that every layout rule places them alike.
 struct LayerConstants {
-  ivec4 eye;         // x: kind of the block that the eye is in; y: nodes that fit; z: slots of the blocks' table less 1
+  ivec4 eye;  // x: kind of the block that the eye is in; y: nodes that fit; z: slots of the blocks' table less 1;
+              // w: pixels a row
   ivec4 region_min;  // of the grid of blocks, inclusive
   ivec4 region_max;
   ivec4 mirror;  // planar: x: axis of the plane, or -1; y: the plane relative to the camera's voxel

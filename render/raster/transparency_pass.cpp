@@ -73,6 +73,7 @@ void TransparencyPass::rest() {
   levels_ = {};
   pool_.clear();
   order_.reset();
+  any_ = false;
   ordered_by_ = Transparency::opaque;
   store_ = grid_store_ = 0;
   draws_ = {};
@@ -246,6 +247,7 @@ world::Status TransparencyPass::prepare(PassContext& context, const Drawing& dra
   const world::WorldPoint& eye = drawing.camera.position;
   constants.eye.x = levels_.above_surface(eye) ? 0 : kinds_->kind(drawing.view.store().get(eye.voxel));
   constants.mirror.x = -1;
+  any_ = !draws_.runs.empty() || constants.eye.x != 0 || drawing.knobs.reflection != Reflection::none;
   // The vertex shader names both ways to read records; an order binds what it draws.
   context.bindings.bind(kBindLayerFaces, blocks_);
   context.bindings.bind(kBindLayerSorted, blocks_);
@@ -260,6 +262,7 @@ world::Status TransparencyPass::prepare(PassContext& context, const Drawing& dra
 }
 
 void TransparencyPass::record(VkCommandBuffer commands, PassContext& context, const Drawing& drawing) {
+  if (!any_) return;
   image_barrier(commands, context.targets.depth.handle, VK_IMAGE_ASPECT_DEPTH_BIT, kDepthReadWrite, kDepthReadWrite);
   memory_barrier(commands, kComputeWrite, kComputeReadWrite);  // of the shaded picture
   order_->record(commands, context, drawing, draws_);
@@ -270,7 +273,7 @@ world::Status TransparencyPass::finish(PassContext& context, FrameReport& report
   row.draws = draws_.runs.size();
   row.bytes = draws_.faces * sizeof(FaceRecord);
   report.faces_drawn += draws_.faces;
-  return order_->finish(context, report);
+  return any_ ? order_->finish(context, report) : world::Status();
 }
 
 }  // namespace render::raster

@@ -66,7 +66,7 @@ class TransparencyPass : public Pass {
   world::Status prepare(PassContext& context, const Drawing& drawing, FrameReport& report) override;
   void record(VkCommandBuffer commands, PassContext& context, const Drawing& drawing) override;
   world::Status finish(PassContext& context, FrameReport& report) override;
-  bool again() const override { return order_ && order_->again(); }
+  bool again() const override { return any_ && order_->again(); }
   void rest() override;
 
  private:
@@ -84,6 +84,7 @@ class TransparencyPass : public Pass {
   std::unique_ptr<LayerOrder> order_;
   Transparency ordered_by_ = Transparency::opaque;
   bool fits_ = false, merged_ = true;
+  bool any_ = false;    // something in view changes pixels
   uint64_t store_ = 0;  // identity of the world that was extracted; 0: none
   int subscriber_ = 0;
   LiquidLevels levels_;

@@ -197,7 +197,7 @@ TEST_F(TransparencyTest, HardCaseR6_AnEyeInWaterOrGlassSeesNoHoleAtTheNearPlane)
 }
 
 TEST_F(TransparencyTest, HardCaseA11_AHundredPanesAreDrawnInOrderAndOutgrowTheirRoomOnce) {
-  // 200 interfaces a pixel: the lists start with room for one.
+  // 200 interfaces a pixel: the lists start with room for one and a quarter.
   const world::World w = panes(100, {"glass_white", "glass_pink", "ice"});
   const Camera camera = camera_at({}, {0.5, 0.5, 0.5}, {0.01, 0.02, -1}, 30);
   expect_agreement(w, camera, "a hundred panes", 96, 54);
@@ -221,6 +221,31 @@ TEST_F(TransparencyTest, HardCaseA13_TiesAreSettledTheSameWayEachTime) {
   }
   knobs_.transparency = Transparency::lists;
   expect_agreement(w, camera, "glass in water");
+}
+
+TEST_F(TransparencyTest, EachPictureFindsTheListsEmpty) {
+  const world::World w = panes(3, {"glass_red", "glass", "ice"});
+  const Camera towards = camera_at({}, {3.2, 2.3, 4.5}, {-0.2, -0.1, -1}),
+               away = camera_at({}, {3.2, 2.3, 4.5}, {-0.2, -0.1, 1});
+  // By tiles that have a layer, and over all of the picture; tiles are cut at its border.
+  for (const Reflection reflection : {Reflection::none, Reflection::screen}) {
+    knobs_.reflection = reflection;
+    const Image first = raster(w, towards, 163, 91);
+    EXPECT_TRUE(equal_bits(first, raster(w, towards, 163, 91)));
+    const Image sky = raster(w, away, 163, 91);
+    EXPECT_TRUE(equal_bits(first, raster(w, towards, 163, 91)));
+    knobs_.transparency = Transparency::opaque;
+    EXPECT_TRUE(equal_bits(sky, raster(w, away, 163, 91)));
+    knobs_.transparency = Transparency::lists;
+  }
+}
+
+TEST_F(TransparencyTest, WhereNoLayerIsInViewNoPixelIsResolved) {
+  const world::World w = panes(3, {"glass_red", "glass", "ice"});
+  for (const double z : {-1.0, 1.0}) {
+    const Frame frame = draw(*raster_, w, camera_at({}, {3.2, 2.3, 4.5}, {-0.2, -0.1, z}), knobs_, 160, 90);
+    EXPECT_EQ(pass_names(frame.report).contains("transparency_resolve"), z < 0);
+  }
 }
 
 TEST_F(TransparencyTest, UnitFacesSortedByTheirDistanceAreInExactOrder) {
