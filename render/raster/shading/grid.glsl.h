@@ -31,32 +31,31 @@ int clear_cube(ivec3 voxel, int region) {
   return (voxels >> (index & 31u) & 1u) != 0u ? 0 : 1;
 }
 
-/// Whether nothing opaque lies along a direction up to t_max from a point of a voxel. Distances are relative to the
-/// start, and each crossing is worked out from its integer plane; the start is the voxel in front of a face, so no bias
-/// is needed.
-bool clear_between(const ivec3 start, const vec3 fraction, const vec3 direction, float t_max) {
+/// Whether nothing opaque lies along a direction up to t_max from a point of a voxel; start_is_clear: it is known that
+/// nothing opaque is there, as before a face, which saves a look. Distances are relative to the start, and each crossing
+/// is worked out from its integer plane; the start is the voxel in front of a face, so no bias is needed.
+bool clear_between(const ivec3 start, const vec3 fraction, const vec3 direction, float t_max, bool start_is_clear) {
   const bvec3 up = greaterThanEqual(direction, vec3(0));
   const vec3 inverse = 1.0 / direction;
   ivec3 voxel = start, region = voxel >> 7;
-  // A region at a time, so that its place is looked up once.
-  for (int regions_crossed = 0; regions_crossed < 4096; ++regions_crossed) {
-    const int place = find_region(region);
-    for (int steps = 0; steps < 16384; ++steps) {
-      const int size = clear_cube(voxel, place);
-      if (size == 0) return false;
-      // Leave the clear cube by the nearest of its planes ahead.
-      const ivec3 low = voxel & ivec3(-size);
-      const ivec3 planes = low + mix(ivec3(0), ivec3(size), up);
-      vec3 t = (vec3(planes - start) - fraction) * inverse;
-      t = mix(t, vec3(1e30), equal(direction, vec3(0)));
-      const int axis = t.x <= t.y ? (t.x <= t.z ? 0 : 2) : (t.y <= t.z ? 1 : 2);
-      if (!(t[axis] < t_max)) return true;
-      voxel = clamp(start + ivec3(floor(fraction + t[axis] * direction)), low, low + (size - 1));
-      voxel[axis] = up[axis] ? planes[axis] : planes[axis] - 1;
-      if (voxel >> 7 != region) break;
+  int place = find_region(region), size = start_is_clear ? 1 : clear_cube(voxel, place);
+  for (int steps = 0; steps < (1 << 24); ++steps) {
+    if (size == 0) return false;
+    // Leave the clear cube by the nearest of its planes ahead.
+    const ivec3 low = voxel & ivec3(-size);
+    const ivec3 planes = low + mix(ivec3(0), ivec3(size), up);
+    vec3 t = (vec3(planes - start) - fraction) * inverse;
+    t = mix(t, vec3(1e30), equal(direction, vec3(0)));
+    const int axis = t.x <= t.y ? (t.x <= t.z ? 0 : 2) : (t.y <= t.z ? 1 : 2);
+    if (!(t[axis] < t_max)) return true;
+    voxel = clamp(start + ivec3(floor(fraction + t[axis] * direction)), low, low + (size - 1));
+    voxel[axis] = up[axis] ? planes[axis] : planes[axis] - 1;
+    if (voxel >> 7 != region) {
+      region = voxel >> 7;
+      if (any(lessThan(region, picture.region_min.xyz)) || any(greaterThan(region, picture.region_max.xyz))) return true;
+      place = find_region(region);
     }
-    region = voxel >> 7;
-    if (any(lessThan(region, picture.region_min.xyz)) || any(greaterThan(region, picture.region_max.xyz))) return true;
+    size = clear_cube(voxel, place);
   }
   return true;
 }
@@ -96,7 +95,7 @@ int sun_look(const ivec3 start, const vec3 fraction, out float t_max) {
 /// The same with the triangles of the picture, but for one that the start lies on. Where they stand for voxels too, the
 /// start may lie outside of its voxel.
 bool nothing_between(const ivec3 start, const vec3 fraction, const vec3 direction, float t_max, uint triangle) {
-  return (kTrianglesAlone || clear_between(start, fraction, direction, t_max)) &&
+  return (kTrianglesAlone || clear_between(start, fraction, direction, t_max, triangle == kNoTriangle)) &&
          !(kMeshes && meets_mesh(start, fraction, direction, t_max, triangle));
 }
 
@@ -109,7 +108,7 @@ bool sun_visible(const ivec3 start, const vec3 fraction, uint triangle) {
   float t_max;
   const int says = sun_look(start, fraction, t_max);
   sun_ray_cast = sun_ray_cast || says < 0;
-  const bool open = says < 0 ? clear_between(start, fraction, picture.sun.xyz, t_max) : says > 0;
+  const bool open = says < 0 ? clear_between(start, fraction, picture.sun.xyz, t_max, triangle == kNoTriangle) : says > 0;
   return open && !(kMeshes && meets_mesh(start, fraction, picture.sun.xyz, 1e30, triangle));
 }
 
