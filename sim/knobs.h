@@ -10,8 +10,10 @@ namespace sim {
 
 struct SimKnobs {
 #define KNOB(name, type, fast, usual, exact, unit, what) type name = usual;
+#define RANGE(name, low, high)
 #include "sim/knobs.def"
 #undef KNOB
+#undef RANGE
 };
 
 /// One row for each knob, in order of declaration.

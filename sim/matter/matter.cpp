@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
+#include <sstream>
 #include <utility>
 
 #include "sim/matter/thermal.h"
@@ -37,6 +39,8 @@ struct Matter::Running {
 namespace {
 
 constexpr const char* kBodiesState = "bodies";  // the part of a world's state that is theirs
+constexpr const char* kRulesState = "rules";    // and the names of the rules that ran
+constexpr const char* kRanWhenSaved = "it ran when the world was saved";
 
 /// Calls visit(block, voxel, value) for the active voxels of a layer of integers.
 template <class Visit>
@@ -61,6 +65,18 @@ int32_t floor_of(const world::World& world) {
   return lowest == INT32_MAX ? 0 : lowest * world::kRegionSize;
 }
 
+/// Rules that ran when the world was saved. What called for one may be gone, as the fire whose heat still spreads.
+std::vector<std::string> rules_that_ran(const world::World& world) {
+  const auto at = world.simulation.state.find(kRulesState);
+  if (at == world.simulation.state.end()) return {};
+  std::istringstream names(at->second);
+  return {std::istream_iterator<std::string>(names), {}};
+}
+
+bool holds(const std::vector<std::string>& names, std::string_view name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
 bool brings_rain(const world::World& world) {
   const std::vector<world::ParticleSource>& sources = world.simulation.particles;
   return std::any_of(sources.begin(), sources.end(), [](const auto& source) { return !source.brings.empty(); });
@@ -71,6 +87,7 @@ bool brings_rain(const world::World& world) {
 std::vector<EffectReport> called_rules(const world::World& world) {
   std::vector<EffectReport> all;
   const world::Census census = world.store.census();
+  const std::vector<std::string> ran = rules_that_ran(world);
   for (const RuleRow& row : rule_rows()) {
     EffectReport report;
     report.name = row.info.name;
@@ -88,9 +105,12 @@ std::vector<EffectReport> called_rules(const world::World& world) {
     if (brings_rain(world)) asked.push_back("rainfall");
     if (report.called_for) {
       report.why += ", " + std::to_string(voxels) + " voxels";
-    } else if (std::find(asked.begin(), asked.end(), report.name) != asked.end()) {
+    } else if (holds(asked, report.name)) {
       report.called_for = true;
       report.why = "the scene asks for it";
+    } else if (holds(ran, report.name)) {
+      report.called_for = true;
+      report.why = kRanWhenSaved;
     }
     all.push_back(std::move(report));
   }
@@ -102,6 +122,7 @@ Matter::Matter(world::World& world, const MatterOptions& options)
       options_(options),
       tick_(options.tick),
       subscriber_(world.store.subscribe()),
+      ran_(rules_that_ran(world)),
       rules_(rule_rows().size()) {
   options_.sources = world.simulation.particles;
   if (brings_rain(world)) options_.effects.push_back("rainfall");
@@ -128,6 +149,9 @@ world::Status Matter::begin() {
     for (const RuleRow& row : rows) names += (names.empty() ? "" : ", ") + std::string(row.info.name);
     return world::input_error("[simulation] effects: there is no rule \"" + effect + "\"; there are " + names);
   }
+  for (const std::string& name : ran_)
+    if (std::none_of(rule_rows().begin(), rule_rows().end(), [&](const RuleRow& row) { return row.info.name == name; }))
+      return world::input_error("the saved world names a rule \"" + name + "\" that this program doesn't have");
   for (const world::ParticleSource& source : options_.sources) {
     if (source.brings.empty()) continue;
     const auto block = world_.palette->find(source.brings);
@@ -153,8 +177,13 @@ void Matter::save_state() {
   const auto keep = [&](std::string_view name, std::string text) {
     if (!text.empty()) state[std::string(name)] = std::move(text);
   };
-  for (size_t r = 0; r < rules_.size(); ++r)
-    if (rules_[r].rule) keep(rule_rows()[r].info.name, rules_[r].rule->state());
+  std::string ran;
+  for (size_t r = 0; r < rules_.size(); ++r) {
+    if (!rules_[r].rule) continue;
+    keep(rule_rows()[r].info.name, rules_[r].rule->state());
+    ran += (ran.empty() ? "" : " ") + std::string(rule_rows()[r].info.name);
+  }
+  keep(kRulesState, ran);
   if (inhabitants_) keep(kBodiesState, inhabitants_->state());
 }
 
@@ -180,9 +209,7 @@ void Matter::call_rules() {
   };
   for (size_t r = 0; r < rows.size(); ++r) {
     Running& running = rules_[r];
-    if (running.rule ||
-        std::find(options_.without.begin(), options_.without.end(), rows[r].info.name) != options_.without.end())
-      continue;
+    if (running.rule || holds(options_.without, rows[r].info.name)) continue;
     const auto calls = [&](world::BlockId id) {
       return rows[r].info.calls((*world_.palette)[id]) || (rows[r].info.reacts && reacts(id));
     };
@@ -192,9 +219,9 @@ void Matter::call_rules() {
         running.rule = rows[r].make(r);
         break;
       }
-    if (!running.rule &&
-        std::find(options_.effects.begin(), options_.effects.end(), rows[r].info.name) != options_.effects.end()) {
-      running.why = "the scene asks for it";
+    const bool asked = holds(options_.effects, rows[r].info.name);
+    if (!running.rule && (asked || holds(ran_, rows[r].info.name))) {
+      running.why = asked ? "the scene asks for it" : kRanWhenSaved;
       running.rule = rows[r].make(r);
     }
     if (running.rule) made.push_back(r);

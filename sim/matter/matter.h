@@ -32,8 +32,8 @@ struct EffectReport {
   std::vector<std::string> notes;  // of the last tick that had any
 };
 
-/// Which rules a world calls for as it is, by its census and its scene's requests, and why; one a row of rule_rows().
-/// Nothing is made or run.
+/// Which rules a world calls for as it is, by its census, its scene's requests and what ran when it was saved, and why;
+/// one a row of rule_rows(). Nothing is made or run.
 std::vector<EffectReport> called_rules(const world::World& world);
 
 struct StepReport {
@@ -142,6 +142,7 @@ class Matter {
   MatterOptions options_;
   uint64_t tick_;
   int subscriber_;                    // of the store: ours until there are cells, then theirs
+  std::vector<std::string> ran_;      // names of the rules that ran when the world was saved
   size_t made_kinds_ = 0;             // blocks that rules made any of
   std::vector<uint8_t> out_of_rest_;  // by block: where something feels heat
   std::unique_ptr<Cells> cells_;

@@ -31,7 +31,9 @@ world::Result<MatterOptions> matter_options(const world::World& world, world::Ac
   options.seed = world.simulation.seed;
   options.effects = world.simulation.effects;
   options.knobs = sim_knobs().preset(accuracy);
-  for (const auto& [name, value] : world.simulation.knobs) TRY_STATUS(sim_knobs().set(options.knobs, name, value));
+  for (const auto& [name, value] : world.simulation.knobs)
+    if (const world::Status set = sim_knobs().set(options.knobs, name, value); !set.ok())
+      return world::input_error("[simulation.knobs]: " + set.error().message);
   TRY(options.reactions, scene_reactions(world));
   options.rest_k = world.environment.temperature.value;
   return options;

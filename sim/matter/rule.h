@@ -3,8 +3,8 @@
 ///   std::unique_ptr<Rule> make_<name>_rule(size_t rule);
 /// The folder is the registry.
 ///
-/// A rule is called for by blocks of the census or by name in the scene's [simulation] table. Where it isn't, it is
-/// never made: it enters no tick and holds no byte.
+/// A rule is called for by blocks of the census, by name in the scene's [simulation] table, or because it ran when the
+/// world was saved. Where it isn't, it is never made: it enters no tick and holds no byte.
 #pragma once
 
 #include <cstdint>

@@ -66,6 +66,20 @@ class KnobTable {
     rows_.push_back(std::move(row));
   }
 
+  /// Refuses numbers outside of [low, high] for a knob that was added before. T: its type.
+  template <class T>
+  void limit(std::string_view name, T low, T high) {
+    for (KnobRow<Knobs>& row : rows_) {
+      if (row.name != name) continue;
+      row.set = [set = std::move(row.set), name = row.name, low, high](Knobs& knobs, std::string_view text) -> Status {
+        TRY(const double number, parse_knob_number(name, text, std::is_integral_v<T>));
+        if (!(number >= double(low) && number <= double(high)))
+          return knob_out_of_range(name, text, print(low), print(high));
+        return set(knobs, text);
+      };
+    }
+  }
+
   const std::vector<KnobRow<Knobs>>& rows() const { return rows_; }
 
   Status set(Knobs& knobs, std::string_view name, std::string_view value) const {

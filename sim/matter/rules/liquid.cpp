@@ -37,7 +37,6 @@ constexpr double kTickSeconds = 0.05;
 constexpr int kFilm = 64;  // 1.6 cm
 constexpr uint64_t kLevelTicks = 4;
 constexpr uint8_t kRoundsToRest = 2;
-constexpr int kMostPasses = 16;
 
 class Liquid final : public Rule {
  public:
@@ -238,7 +237,7 @@ void Liquid::flow_of(Cells& cells, Fluid& fluid, const Tick& tick, RuleReport& r
   } else {
     if (!fluid.waves.empty()) fluid.waves = {};  // of a world that had them
     const Spread spread = spread_of(traits.density, traits.viscosity_pa_s, kTickSeconds, kFilm);
-    const int passes = std::clamp(tick.options->knobs.liquid_passes, 1, kMostPasses);
+    const int passes = std::clamp(tick.options->knobs.liquid_passes, 1, kMostLiquidPasses);
     for (int pass = 0; pass < passes; ++pass)
       slide_all(cells, pages, spread, tick.number * static_cast<uint64_t>(passes) + static_cast<uint64_t>(pass));
   }

@@ -57,6 +57,28 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Resume,
                                          std::pair{"shapes", 3}, std::pair{"cave", 3}),
                          [](const auto& scene) { return scene.param.first; });
 
+// The fire is out, and no block calls for heat any more; what it warmed cools on.
+TEST(ResumeRules, WhatRanGoesOnAlthoughNothingCallsForItAnyMore) {
+  constexpr int kBurntOut = 6000, kMore = 200;
+  World straight = scene_world("burning_house"), first = scene_world("burning_house");
+  const uint64_t expected = hash_after(straight, 0, kBurntOut + kMore, false);
+  const uint64_t saved = hash_after(first, 0, kBurntOut, true);
+  EXPECT_NE(saved, expected) << "something goes on";
+  World second = reloaded(first);
+  for (const auto& [id, count] : second.store.census()) EXPECT_NE((*second.palette)[id].name, "fire");
+  for (const EffectReport& rule : called_rules(second))
+    if (rule.name == "heat") {
+      EXPECT_EQ(rule.why, "it ran when the world was saved");
+    }
+  EXPECT_EQ(hash_after(second, kBurntOut, kMore, false), expected);
+
+  second.simulation.state["rules"] = "heat entropy";
+  Matter matter(second, options_of(second, kBurntOut));
+  const world::Status begun = matter.begin();
+  ASSERT_FALSE(begun.ok());
+  EXPECT_NE(begun.error().message.find("\"entropy\""), std::string::npos) << begun.error().message;
+}
+
 // Liquids with inertia: their velocities are saved too.
 TEST(ResumeWaves, WavesGoOn) {
   const auto make = [](const char* scene) {

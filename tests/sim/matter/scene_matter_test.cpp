@@ -112,6 +112,14 @@ TEST_F(SceneMatter, AReactionThatIsWrongIsSaidWithItsPlaceInTheScene) {
   EXPECT_NE(error_of(kScene + "reaction = 3\n").find("reaction"), std::string::npos);
 }
 
+TEST_F(SceneMatter, AKnobOutOfItsRangeIsRefusedWithWhatIsAllowed) {
+  EXPECT_EQ(error_of(kScene + "[simulation.knobs]\nheat_speed = \"1e30\"\n"),
+            "[simulation.knobs]: knob heat_speed: 1e30 is outside [0, 1e+11]");
+  std::string hot = kScene;
+  hot.replace(hot.find("260"), 3, "1e9");
+  EXPECT_NE(error_of(hot).find("must be in (0, 6000]"), std::string::npos);
+}
+
 TEST_F(SceneMatter, WhatIsBornAsWarmAsTheWorldIsStaysAsItIs) {
   const auto heat_after = [](double rest_k) {
     World world(world::standard_blocks());
