@@ -10,14 +10,10 @@ namespace render {
 
 using namespace world;
 
-namespace {
-
 void copy_regions(const MaskVolume& from, MaskVolume& to) {
   for (const MaskRegion* region : from.regions()) to.put_region(region->pos, std::make_unique<MaskRegion>(*region));
   to.finish();
 }
-
-}  // namespace
 
 bool LiquidParts::is_part(const BlockPalette& palette, BlockId block) const {
   return palette[block].phase == Phase::liquid && !(see_through_ && see_through_->contains(block));

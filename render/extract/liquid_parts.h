@@ -11,6 +11,9 @@
 
 namespace render {
 
+/// Adds copies of all regions to a volume.
+void copy_regions(const world::MaskVolume& from, world::MaskVolume& to);
+
 class LiquidParts {
  public:
   /// Takes them out of copies of the masks. see_through: blocks that are drawn elsewhere; null: none is.

@@ -60,7 +60,8 @@ Vec3d SunCascades::in_light(const world::WorldPoint& p) const {
 }
 
 world::Status SunCascades::follow(const world::WorldView& view, const world::RayStream& opaque,
-                                  const world::WorldPoint& eye, const RenderKnobs& knobs, const Vec3d& sun) {
+                                  const world::WorldPoint& eye, const RenderKnobs& knobs, const Vec3d& sun,
+                                  std::span<const world::LeafPos> moved) {
   const int count = knobs.sun_map_cascades, side = knobs.sun_cascade_texels;
   if (!(count >= 1 && count <= shared::kMostSunCascades))
     return world::usage_error(
@@ -72,7 +73,7 @@ world::Status SunCascades::follow(const world::WorldView& view, const world::Ray
   changed_.clear(), cast_ = 0;
 
   // The world's size by whole regions, so that an edit seldom changes it.
-  const world::MaskVolume& blocks = view.masks(world::MaskKind::opaque);
+  const world::MaskVolume& blocks = opaque.walker().volume();
   const world::RegionPos low = blocks.min_region(), high = blocks.max_region();
   const float far = std::max(std::min(knobs.view_distance, reach_of(blocks, eye)), 2.0f);
   const std::array<float, 4> made_for{static_cast<float>(count), static_cast<float>(side), knobs.sun_map_split, far};
@@ -101,6 +102,9 @@ world::Status SunCascades::follow(const world::WorldView& view, const world::Ray
                   1e30f);
   } else if (blocks_ != edited) {
     leaves = view.store().take_dirty(subscriber_);
+    leaves.insert(leaves.end(), moved.begin(), moved.end());
+    std::sort(leaves.begin(), leaves.end());
+    leaves.erase(std::unique(leaves.begin(), leaves.end()), leaves.end());
   }
   blocks_ = edited;
 

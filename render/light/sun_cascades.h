@@ -26,8 +26,9 @@ std::vector<double> sun_cascade_ends(int count, double near, double far, double 
 class SunCascades {
  public:
   /// Makes the texels that the eye's place, the sun, the knobs or edits call for. Fails where a knob can't be.
+  /// `opaque`: of what throws shadows; `moved`: leaves of it that changed, beside those of the store.
   world::Status follow(const world::WorldView& view, const world::RayStream& opaque, const world::WorldPoint& eye,
-                       const RenderKnobs& knobs, const world::Vec3d& sun);
+                       const RenderKnobs& knobs, const world::Vec3d& sun, std::span<const world::LeafPos> moved = {});
   void clear();
 
   /// As SunMap::lit(). All light beyond the last cascade.

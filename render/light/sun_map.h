@@ -14,8 +14,8 @@ namespace render {
 
 class SunMap {
  public:
-  /// `sun`: unit, towards it. Makes the map anew where the opaque voxels, the sun or the texel (m) have changed. Fails
-  /// where it would have too many texels.
+  /// `sun`: unit, towards it. `opaque`: of what throws shadows. Makes the map anew where that, the sun or the texel (m)
+  /// has changed. Fails where it would have too many texels.
   world::Status follow(const world::WorldView& view, const world::RayStream& opaque, float texel,
                        const world::Vec3d& sun);
   /// Forgets it.

@@ -2,6 +2,7 @@
 /// says.
 #pragma once
 
+#include "render/light/shadow_voxels.h"
 #include "render/light/sun_cascades.h"
 #include "render/light/sun_map.h"
 
@@ -9,9 +10,9 @@ namespace render {
 
 class SunMaps {
  public:
-  /// Forgets what the knobs don't ask for.
-  world::Status follow(const world::WorldView& view, world::StoreRays& rays, const world::WorldPoint& eye,
-                       const RenderKnobs& knobs, const world::Vec3d& sun);
+  /// Forgets what the knobs don't ask for. `change`: of the voxels, since the last call.
+  world::Status follow(const world::WorldView& view, const ShadowVoxels& voxels, const ShadowVoxels::Change& change,
+                       const world::WorldPoint& eye, const RenderKnobs& knobs, const world::Vec3d& sun);
   float lit(const world::WorldPoint& point, float cosine, int filter) const {
     return cascades_.count() ? cascades_.lit(point, cosine, filter) : whole_.lit(point, cosine, filter);
   }

@@ -361,7 +361,7 @@ world::Result<uint64_t> Lighting::follow(gpu::Device& device, const world::World
   if (opaque) {
     if (knobs.spot_map_texels < 1 || knobs.spot_map_texels > 4096)
       return world::usage_error(fmt::format("spot_map_texels is {}, but must be 1 to 4096", knobs.spot_map_texels));
-    signature = world::hash_combine(world::hash_combine(signature, view.masks(world::MaskKind::opaque).version()),
+    signature = world::hash_combine(world::hash_combine(signature, opaque->walker().volume().version()),
                                     static_cast<uint64_t>(knobs.spot_map_texels));
   }
   const uint64_t limit = std::min<uint64_t>(binding_limit, device.limits().maxStorageBufferRange);

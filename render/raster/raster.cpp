@@ -8,6 +8,7 @@
 #include "render/extract/extractor.h"
 #include "render/extract/levels.h"
 #include "render/extract/proxies.h"
+#include "render/light/shadow_voxels.h"
 #include "render/raster/culling.h"
 #include "render/raster/rasterizer.h"
 #include "render/see_through.h"
@@ -106,6 +107,7 @@ class Raster : public RasterBackend {
     TRY_STATUS(check_light(light, knobs));
     TRY(const SkyView sky, sky_view(view.environment(), knobs, sky_light_));
     std::vector<world::LeafPos> dirty;
+    shadows_changed_ = {};
     if (!smooth) {
       TRY(dirty, follow(view, camera, knobs, width, height));
     }
@@ -129,27 +131,28 @@ class Raster : public RasterBackend {
     light_.follow(view, light, knobs.light_model);
     TRY(const uint64_t light_bytes, rasterizer_->light_grid().follow(rasterizer_->device(), light_));
     bytes += light_bytes;
-    TRY_STATUS(sun_maps_.follow(view, rays_, camera.position, knobs, sky.environment.sun_direction));
+    TRY_STATUS(
+        sun_maps_.follow(view, shadows_, shadows_changed_, camera.position, knobs, sky.environment.sun_direction));
     TRY(const uint64_t map_bytes, rasterizer_->follow_sun_maps(sun_maps_));
     bytes += map_bytes;
     raster::Lighting& lighting = rasterizer_->lighting();
     lighting.binding_limit = rasterizer_->binding_limit;
     const bool maps = knobs.luminaire_shadow == LuminaireShadow::map && calls_for_trace_scene(view.world());
-    const world::RayStream* spot_maps = maps ? &rays_.stream(view.store(), world::MaskKind::opaque) : nullptr;
+    const world::RayStream* spot_maps =
+        maps ? &(smooth ? rays_.stream(view.store(), world::MaskKind::opaque) : shadows_.stream()) : nullptr;
     TRY(const uint64_t lighting_bytes, lighting.follow(rasterizer_->device(), view, spot_maps, knobs));
     TRY_STATUS(textures_.follow(view.palette(), knobs));
     TRY(const uint64_t texture_bytes, rasterizer_->follow_textures(textures_));
     bytes += lighting_bytes + texture_bytes;
     if (!smooth &&
         (knobs.sun_shadow == SunShadow::ray || knobs.corner_occlusion || knobs.sky_rays > 0 || lighting.casts_rays())) {
-      TRY(const uint64_t more, send_shadow_grid(view, dirty));
+      TRY(const uint64_t more, send_shadow_grid());
       bytes += more;
-    } else if (!dirty.empty()) {
+    } else if (shadows_changed_.any()) {
       shadow_store_ = 0;
     }
     if (!smooth && knobs.sun_shadow == SunShadow::ray && sky.environment.sun_irradiance != world::Irradiance3{}) {
-      const world::ParallelRays& to_sun =
-          rays_.parallel(view.store(), world::MaskKind::opaque, sky.environment.sun_direction);
+      const world::ParallelRays& to_sun = shadows_.parallel(sky.environment.sun_direction);
       TRY(const uint64_t more, rasterizer_->sun_heights().follow(rasterizer_->device(), to_sun));
       bytes += more;
     } else {
@@ -274,6 +277,7 @@ class Raster : public RasterBackend {
     const bool fresh = !extracted_ || shapes_.kind() != knobs.proxy_shapes;
     TRY_STATUS(fresh ? shapes_.rebuild(view, knobs.proxy_shapes) : shapes_.update(view, dirty));
     const std::vector<world::LeafPos> moved = liquid_levels_.follow(view, knobs.liquid_surface != LiquidSurface::full);
+    shadows_changed_ = shadows_.follow(view, liquid_levels_, moved, rays_);
     extractor_.shapes = &shapes_;
     extractor_.levels = &liquid_levels_;
     if (fresh || !(extractor_.knobs() == wanted()))
@@ -350,12 +354,13 @@ class Raster : public RasterBackend {
     return bytes;
   }
 
-  world::Result<uint64_t> send_shadow_grid(const world::WorldView& view, const std::vector<world::LeafPos>& dirty) {
-    const world::MaskVolume& opaque = view.masks(world::MaskKind::opaque);
-    rasterizer_->shadow_grid().binding_limit = rasterizer_->binding_limit;
-    if (shadow_store_ == store_) return rasterizer_->shadow_grid().update(rasterizer_->device(), opaque, dirty);
+  world::Result<uint64_t> send_shadow_grid() {
+    raster::ShadowGrid& grid = rasterizer_->shadow_grid();
+    grid.binding_limit = rasterizer_->binding_limit;
+    if (shadow_store_ == store_ && !shadows_changed_.all)
+      return grid.update(rasterizer_->device(), shadows_.volume(), shadows_changed_.leaves);
     shadow_store_ = 0;
-    TRY(const uint64_t bytes, rasterizer_->shadow_grid().rebuild(rasterizer_->device(), opaque));
+    TRY(const uint64_t bytes, grid.rebuild(rasterizer_->device(), shadows_.volume()));
     shadow_store_ = store_;
     return bytes;
   }
@@ -380,10 +385,12 @@ class Raster : public RasterBackend {
   int surface_subscriber_ = 0;
   ExtractKnobs coarse_;
   SurfaceLight light_;
+  ShadowVoxels shadows_;
+  ShadowVoxels::Change shadows_changed_;
   SunMaps sun_maps_;
   std::shared_ptr<const world::SkyLight> sky_light_;
   TextureSet textures_;
-  world::StoreRays rays_;      // for the sun's maps
+  world::StoreRays rays_;
   uint64_t pictures_ = 0;      // so far: which points of pixels the next one looks through
   uint64_t store_ = 0;         // identity of the world that was extracted
   uint64_t shadow_store_ = 0;  // and of the one whose shadow grid is on the device; 0: none, or behind

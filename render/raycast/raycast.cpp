@@ -9,6 +9,7 @@
 
 #include "render/effects/samples.h"
 #include "render/shading.h"
+#include "render/light/shadow_voxels.h"
 #include "render/light/sun_maps.h"
 #include "render/light/surface_light.h"
 #include "render/bsdf/bsdf.h"
@@ -67,11 +68,11 @@ struct Spent {
 class Picture {
  public:
   Picture(const world::WorldView& view, const SkyView& sky, const RayStream& occupied,
-          const world::ParallelRays& sun_rays, const MaskWalker& opaque, const world::StoreContours::Followed* contours,
-          const world::BlockShapes* shapes, const SeeThroughKinds* kinds, const SurfaceLight& light,
-          const LiquidLevels* levels, const SunMaps& sun_maps, const LightBlockers* blockers,
-          const TextureSet& textures, std::span<const shared::DrawnBox> boxes, const Camera& camera,
-          const RenderKnobs& knobs, int width, int height, Image& image)
+          const world::ParallelRays& sun_rays, const MaskWalker& opaque, const MaskWalker& shadows,
+          const world::StoreContours::Followed* contours, const world::BlockShapes* shapes,
+          const SeeThroughKinds* kinds, const SurfaceLight& light, const LiquidLevels* levels, const SunMaps& sun_maps,
+          const LightBlockers* blockers, const TextureSet& textures, std::span<const shared::DrawnBox> boxes,
+          const Camera& camera, const RenderKnobs& knobs, int width, int height, Image& image)
       : view_(view),
         sky_(sky),
         camera_(camera.position),
@@ -81,6 +82,7 @@ class Picture {
         sun_rays_(sun_rays),
         occupied_(occupied.walker()),
         opaque_(opaque),
+        shadows_(shadows),
         shading_(sky, view.palette()),
         light_(light),
         levels_(levels),
@@ -394,7 +396,7 @@ class Picture {
         sun = 0;
       if (knobs_.sun_shadow == SunShadow::ray && sun > 0) {
         ++spent.shadow_rays;
-        if (opaque_.any_set(world::ray_from_surface(ray, layer.at, sky_.environment.sun_direction))) sun = 0;
+        if (shadows_.any_set(world::ray_from_surface(ray, layer.at, sky_.environment.sun_direction))) sun = 0;
       }
       Rgb tint{1, 1, 1};
       if (blockers_) tint = tint_at(ray, layer.at, {}, sun, blocks, spent);
@@ -456,7 +458,7 @@ class Picture {
     return light_on_face(
         decoder_, knobs_, hit.face, {along(axes.x), along(axes.y)},
         [&](int u, int v) { return light_.code(beside(u, v), hit.face); },
-        [&](int u, int v) { return !opaque_.volume().test(beside(u, v) + world::face_step(hit.face)); });
+        [&](int u, int v) { return !shadows_.volume().test(beside(u, v) + world::face_step(hit.face)); });
   }
 
   GridHit cast_from_inside(const GridRay& ray, LeafCache& blocks) const {
@@ -493,9 +495,7 @@ class Picture {
     for (int i = 0; i < count; ++i) {
       if (!hits[i].hit() || (on_shape[i].part == kNoPart && !shading_.sun_faces[hits[i].face])) continue;
       pixel[sent] = i;
-      GridRay& ray = to_sun[sent++] = ray_to_sun(rays[i], hits[i], on_shape[i]);
-      // A face over a liquid that counts as a whole voxel in the grid is seen by the sun from above that.
-      if (levels_ && on_shape[i].part == kNoPart && opaque_.volume().test(ray.voxel)) ++ray.voxel.y, ray.fraction.y = 0;
+      to_sun[sent++] = ray_to_sun(rays[i], hits[i], on_shape[i]);
     }
     sun_rays_.any_set({to_sun, sent}, {blocked, sent});
     for (size_t k = 0; k < sent; ++k) sunlit[pixel[k]] = !blocked[k];
@@ -521,8 +521,8 @@ class Picture {
   PixelRays rays_;
   const RenderKnobs& knobs_;
   const RayStream& occupied_rays_;
-  const world::ParallelRays& sun_rays_;  // of opaque voxels
-  const MaskWalker &occupied_, &opaque_;
+  const world::ParallelRays& sun_rays_;
+  const MaskWalker &occupied_, &opaque_, &shadows_;  // shadows_: of what throws them, as sun_rays_
   Shading shading_;
   const SurfaceLight& light_;
   const LiquidLevels* levels_;  // null: all liquids are full
@@ -581,7 +581,6 @@ class RaycastBackend : public Backend {
     TRY(const SkyView sky, sky_view(view.environment(), knobs, sky_light_));
     const RayStream& occupied = rays_.stream(view.store(), MaskKind::occupied);
     const RayStream& opaque = rays_.stream(view.store(), MaskKind::opaque);
-    const world::ParallelRays& sun_rays = rays_.parallel(view.store(), MaskKind::opaque, sky.environment.sun_direction);
     const world::StoreContours::Followed* contours =
         contours_.follow(view.store(), static_cast<world::ContourShape>(knobs.contours), knobs.contour_iso);
     TRY(const world::BlockShapes shapes, world::block_shapes(view.palette()));
@@ -604,16 +603,19 @@ class RaycastBackend : public Backend {
       cubes = hiding_cubes(view.palette(), *light_kinds, drawn);
       blockers.emplace(LightBlockers{occupied.walker(), *light_kinds, cubes, drawn});
     }
-    levels_.follow(view, knobs.liquid_surface != LiquidSurface::full && !contours);
+    const std::vector<world::LeafPos> moved =
+        levels_.follow(view, knobs.liquid_surface != LiquidSurface::full && !contours);
+    const ShadowVoxels::Change change = shadows_.follow(view, levels_, moved, rays_);
+    const world::ParallelRays& sun_rays = shadows_.parallel(sky.environment.sun_direction);
     if (levels_.any() && !kinds) kinds.emplace(SeeThroughKinds::none(view.palette()));
     TRY_STATUS(check_light(light, knobs));
     TRY_STATUS(textures_.follow(view.palette(), knobs));
     light_.follow(view, light, knobs.light_model);
-    TRY_STATUS(sun_maps_.follow(view, rays_, camera.position, knobs, sky.environment.sun_direction));
+    TRY_STATUS(sun_maps_.follow(view, shadows_, change, camera.position, knobs, sky.environment.sun_direction));
     Inhabitants bodies = inhabitants;
     bodies.particles = {};
     const DrawnInhabitants boxes = drawn_inhabitants(view, bodies, camera, knobs, width, height);
-    const Picture picture(view, sky, occupied, sun_rays, opaque.walker(), contours,
+    const Picture picture(view, sky, occupied, sun_rays, opaque.walker(), shadows_.stream().walker(), contours,
                           any_shape && !contours ? &shapes : nullptr, kinds ? &*kinds : nullptr, light_,
                           levels_.any() ? &levels_ : nullptr, sun_maps_, blockers ? &*blockers : nullptr, textures_,
                           boxes.boxes, camera, knobs, width, height, frame.image);
@@ -632,7 +634,8 @@ class RaycastBackend : public Backend {
     // Threads' times, scaled to their share of the picture's.
     const double sum = total.primary_ms + total.shadow_ms + total.shade_ms;
     const double share = sum > 0 ? (report.ms - prepare_ms) / sum : 0;
-    report.passes = {{"prepare", prepare_ms, 0, rays_.bytes() + contours_.bytes() + light_.bytes() + sun_maps_.bytes()},
+    report.passes = {{"prepare", prepare_ms, 0,
+                      rays_.bytes() + shadows_.bytes() + contours_.bytes() + light_.bytes() + sun_maps_.bytes()},
                      {"primary", total.primary_ms * share}};
     if (total.light_walks) report.work.push_back({"tinted_shadows", total.light_walks});
     if (levels_.any()) report.work.push_back({"liquid_levels", levels_.leaves().size()});
@@ -649,6 +652,7 @@ class RaycastBackend : public Backend {
   world::StoreContours contours_;
   SurfaceLight light_;
   LiquidLevels levels_;
+  ShadowVoxels shadows_;
   SunMaps sun_maps_;
   std::shared_ptr<const world::SkyLight> sky_light_;
   TextureSet textures_;

@@ -80,13 +80,7 @@ vec3 face_radiance(const FacePoint p) {
   const uint face = p.face, axis = face >> 1;
   const bool positive = (face & 1u) == 1u;
   bool visible = picture_arrays.sun_lit[face].w != 0.0;
-  if (kSunShadow == kSunShadowRay && visible) {
-    ivec3 start = p.front;
-    vec3 fraction = p.fraction;
-    // A face over a liquid that counts as a whole voxel in the grid is seen by the sun from above that.
-    if (kLiquidLevels && clear_cube(start, find_region(start >> 7)) == 0) ++start.y, fraction.y = 0.0;
-    visible = sun_visible(start, fraction, kNoTriangle);
-  }
+  if (kSunShadow == kSunShadowRay && visible) visible = sun_visible(p.front, p.fraction, kNoTriangle);
   vec3 lit = picture_arrays.sky_lit[face].rgb;
   if (kLight != kLightNone || kCornerOcclusion) {
     ivec3 voxel = p.front;

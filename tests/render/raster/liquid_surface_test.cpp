@@ -176,6 +176,45 @@ TEST_F(LiquidSurfaceTest, OfFullLiquidsAreBitForBitThoseWithoutLevelsAndCostNoth
   }
 }
 
+TEST_F(LiquidSurfaceTest, LowLavaThrowsNoShadowWhereItsVoxelWould) {
+  // A floor in low sun, a wall that faces it, a post, and lava between them: `amount` of it, or none.
+  const auto yard = [](int amount) {
+    World w(standard_blocks());
+    EditBatch batch;
+    batch.fill({{-20, -1, -20}, {20, -1, 20}}, block(w, "marble"));
+    batch.fill({{-4, 0, -9}, {-4, 3, 6}}, block(w, "marble"));
+    batch.fill({{6, 0, -4}, {6, 2, -4}}, block(w, "marble"));
+    if (amount > 0) batch.fill({{-1, 0, -3}, {4, 0, 4}}, block(w, "lava"));
+    apply(w, batch);
+    IntLayer& amounts = w.store.make_int_layer(Layer::liquid);
+    for (int x = -1; x <= 4; ++x)
+      for (int z = -3; z <= 4; ++z)
+        if (amount > 0) amounts.set({x, 0, z}, amount);
+    w.environment.sun_direction = glm::normalize(Vec3d(0.8, 0.35, 0.3));
+    return w;
+  };
+  knobs_.textures = TextureFilter::off;
+  const Camera camera = camera_at({}, {5.3, 11.2, 13.4}, {-0.35, -0.75, -0.8}, 60);
+  // Lava is red by itself, so what has lost red is in its shadow.
+  const auto shaded_by = [](const Image& bare, const Image& with) {
+    int shaded = 0;
+    for (size_t i = 0; i < bare.pixels.size(); ++i) shaded += with.pixels[i].r < 0.9f * bare.pixels[i].r;
+    return shaded;
+  };
+  for (const auto& [shadow, cascades] :
+       {std::pair(SunShadow::ray, 0), std::pair(SunShadow::map, 0), std::pair(SunShadow::map, 4)}) {
+    knobs_.sun_shadow = shadow, knobs_.sun_map_cascades = cascades;
+    const World bare = yard(0), low = yard(1500), full = yard(4096);
+    for (Backend* backend : {static_cast<Backend*>(raster_.get()), raycast_.get()}) {
+      const std::string name = (backend == raycast_.get() ? "raycast " : "raster ") + std::to_string(cascades);
+      const Image without = draw(*backend, bare, camera, knobs_, kWidth, kHeight).image;
+      EXPECT_EQ(shaded_by(without, draw(*backend, low, camera, knobs_, kWidth, kHeight).image), 0) << name;
+      EXPECT_GT(shaded_by(without, draw(*backend, full, camera, knobs_, kWidth, kHeight).image), 100) << name;
+    }
+    if (shadow == SunShadow::ray) expect_agreement(low, {"yard", camera}, "low lava");
+  }
+}
+
 TEST_F(LiquidSurfaceTest, ThatRestSendNothingAndThoseThatMoveAreFollowed) {
   World w = spill();
   const Camera camera = spill_cameras()[0].camera;
