@@ -298,7 +298,11 @@ void Cells::put(PageId p, int index, const Cell& cell) {
 // ---- who is awake ------------------------------------------------------------------------------------------------
 
 void Cells::stir(PageId p, const LeafMask& changed) {
-  const auto mark = [](uint8_t& flag) { std::atomic_ref<uint8_t>(flag).store(1, std::memory_order_relaxed); };
+  // Most are marked already: what isn't written stays in the caches of other threads.
+  const auto mark = [](uint8_t& flag) {
+    const std::atomic_ref<uint8_t> of(flag);
+    if (!of.load(std::memory_order_relaxed)) of.store(1, std::memory_order_relaxed);
+  };
   unsaved_[p] = 1;
   ++content_changes_[p];
   mark(stirred_[p]);

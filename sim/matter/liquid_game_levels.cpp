@@ -25,7 +25,7 @@ class Around {
   uint16_t above(int i) const { return (i & 56) != 56 ? own_[i + 8] : above_->own()[i - 56]; }
   /// What the neighbour to that side offers; `push` is the page's own.
   uint16_t offer(int i, int side, const uint16_t* push) const {
-    const auto beyond = [&](int index) { return side_[side]->rows.wet ? side_[side]->push[index] : uint16_t{0}; };
+    const auto beyond = [&](int index) { return side_[side]->rows.wet ? side_[side]->push()[index] : uint16_t{0}; };
     switch (side) {
       case 0:
         return i < 448 ? push[i + 64] : beyond(i - 448);
@@ -51,7 +51,7 @@ void find_offers(const Cells& cells, LiquidPages& pages, PageId p) {
     // A level that may fall goes nowhere else; a source spreads all the same.
     const bool borne = around.below(i) >= kFullVoxel || here >= kFullVoxel;
     const int level = (here + kGameLevel - 1) / kGameLevel;
-    pages[p].push[i] = borne && level > 1 ? static_cast<uint16_t>(level - 1) : uint16_t{0};
+    pages[p].push()[i] = borne && level > 1 ? static_cast<uint16_t>(level - 1) : uint16_t{0};
   }
 }
 
@@ -61,7 +61,7 @@ int64_t take_offers(const Cells& cells, LiquidPages& pages, PageId p, LiquidMove
   LiquidPage& page = pages[p];
   const bool is_wet = page.rows.wet != 0;
   static constexpr uint16_t kNothing[world::kLeafVoxels] = {};
-  const uint16_t* push = is_wet ? page.push : kNothing;
+  const uint16_t* push = is_wet ? page.push() : kNothing;
   uint16_t* next = page.next();
   int64_t more = 0;
   for (int i = 0; i < world::kLeafVoxels; ++i) {

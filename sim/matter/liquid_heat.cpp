@@ -117,7 +117,7 @@ void LiquidHeat::slide(Cells& cells, const LiquidPages& pages, std::span<const P
     const auto flows = [&](PageId from, int i, int side, PageId to, int j) -> int32_t {
       const LiquidPage& page = pages[from];
       const int amount = page.own()[i];
-      const int out = flow_to(amount, pages[to].own()[j], page.push[i], side, film);
+      const int out = flow_to(amount, pages[to].own()[j], page.push()[i], side, film);
       return out == 0 ? 0 : static_cast<int32_t>(part_of(cells.find_heats(from)[i], out, amount));
     };
     const auto is_warm_voxel = [&](PageId of, int i) {

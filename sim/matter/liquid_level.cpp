@@ -23,7 +23,8 @@ constexpr int kMostGiven = kFullVoxel;
 /// much: else a narrow mouth below a wide basin gives no more than what flows off its own voxels to the sides.
 constexpr int kPressure = 2 * kFullVoxel, kMostPressed = 2;  // voxels
 constexpr size_t kLeavesATask = 32;
-constexpr int kOrderBits = 22;
+constexpr int kOrderBits = 22, kKeyBits = kOrderBits + 22;  // of a hash; and of a head above them
+constexpr int kNumberBits = 64 - kKeyBits;
 constexpr size_t kTileSize = size_t{kTileLeaves} * kTileLeaves * kTileLeaves;
 constexpr size_t kMostBeyond = 1024;
 constexpr int kHighestBeyond = 60;  // leaves; heads are counted from 64 below the tile
@@ -178,7 +179,7 @@ void LiquidLevels::add_tops(const Surface& in, LeafPos low, uint64_t salt, const
 
 /// Those that lie in the voxels of a leaf: above the body, and beside it where they aren't above it.
 void LiquidLevels::tops_of_leaf(const Surface& in, LeafPos low, uint64_t salt, Part& into) const {
-  const LiquidMasks& masks = (*pages_)[in.page].masks;
+  const LiquidMasks& masks = (*pages_)[in.page].voxels->masks;
   const LeafMask surface = masks.air | masks.part;
   if (surface.is_none()) return;
   const auto part = [&](const LeafMask* m) -> const LeafMask& { return m ? *m : world::kNoneMask; };
@@ -276,24 +277,35 @@ void LiquidLevels::find_tops(Cells& cells, LeafPos low, uint64_t round, uint64_t
 
 /// By head, then by hash, then by place.
 void LiquidLevels::sort_tops(const Cells& cells) {
-  constexpr int kBits = 11, kDigits = (kOrderBits + 22 + kBits - 1) / kBits;  // heads have 22 bits
+  constexpr int kBits = 11, kDigits = (kKeyBits + kBits - 1) / kBits;
   constexpr uint32_t kRadix = 1u << kBits;
-  scratch_.resize(tops_.size());
+  const size_t count_of_all = tops_.size();
   std::array<std::array<uint32_t, kRadix>, kDigits> counts{};
-  for (const Top& top : tops_)
-    for (int d = 0; d < kDigits; ++d) ++counts[static_cast<size_t>(d)][top.key >> (d * kBits) & (kRadix - 1)];
+  // Keys alone are moved about, each with its number below it.
+  order_.resize(2 * count_of_all);
+  uint64_t *from = order_.data(), *to = from + count_of_all;
+  CHECK_LE(count_of_all, size_t{1} << kNumberBits);
+  for (size_t n = 0; n < count_of_all; ++n) {
+    const uint64_t key = tops_[n].key;
+    from[n] = key << kNumberBits | n;
+    for (int d = 0; d < kDigits; ++d) ++counts[static_cast<size_t>(d)][key >> (d * kBits) & (kRadix - 1)];
+  }
   for (int d = 0; d < kDigits; ++d) {
     std::array<uint32_t, kRadix>& count = counts[static_cast<size_t>(d)];
     uint32_t before = 0;
     bool sorted = false;
     for (uint32_t& c : count) {
-      sorted |= c == tops_.size();
+      sorted |= c == count_of_all;
       before += std::exchange(c, before);
     }
     if (sorted) continue;
-    for (const Top& top : tops_) scratch_[count[top.key >> (d * kBits) & (kRadix - 1)]++] = top;
-    tops_.swap(scratch_);
+    const int shift = kNumberBits + d * kBits;
+    for (size_t n = 0; n < count_of_all; ++n) to[count[from[n] >> shift & (kRadix - 1)]++] = from[n];
+    std::swap(from, to);
   }
+  scratch_.resize(count_of_all);
+  for (size_t n = 0; n < count_of_all; ++n) scratch_[n] = tops_[from[n] & ((uint64_t{1} << kNumberBits) - 1)];
+  tops_.swap(scratch_);
   const auto place = [&](const Top& t) {
     return world::voxel_from_leaf(cells.pos(t.page)) + world::offset_in_leaf(t.voxel());
   };
@@ -334,9 +346,9 @@ bool LiquidLevels::has_full_side(Cells& cells, PageId p, int index) {
 /// Moves from the highest tops to the lowest.
 bool LiquidLevels::level_body(Cells& cells) {
   if (tops_.size() < 2) return false;
-  const auto [least, most] =
-      std::minmax_element(tops_.begin(), tops_.end(), [](const Top& a, const Top& b) { return a.key < b.key; });
-  if (most->head() - least->head() < 2) return false;
+  uint64_t least = tops_[0].key, most = least;
+  for (const Top& t : tops_) least = std::min(least, t.key), most = std::max(most, t.key);
+  if (static_cast<int>((most >> kOrderBits) - (least >> kOrderBits)) < 2) return false;
   sort_tops(cells);
   is_touched_.resize(cells.page_limit(), 0);
   bool any = false;
@@ -420,7 +432,9 @@ void LiquidLevels::store_changes(Cells& cells) {
   for (const PageId p : touched_) cells.open_around(p);
   std::atomic<uint64_t> changed{0};
   world::parallel_ranges(touched_.size(), kLeavesATask, [&](size_t begin, size_t end) {
-    for (size_t n = begin; n < end; ++n) changed += pages_->store(cells, touched_[n]);
+    uint64_t of_task = 0;
+    for (size_t n = begin; n < end; ++n) of_task += pages_->store(cells, touched_[n]);
+    changed += of_task;
   });
   for (const PageId p : touched_) is_touched_[p] = 0;
   touched_.clear();

@@ -122,6 +122,7 @@ class LiquidLevels {
   world::LeafFront front_;
   std::vector<Part> parts_;  // of tops, by a few leaves
   std::vector<Top> tops_, scratch_;
+  std::vector<uint64_t> order_;
   std::vector<PageId> touched_;
   std::vector<uint8_t> is_touched_;  // by page
   std::vector<uint64_t> moved_in_;   // by page: the last tile in which a body moved that has a part of it

@@ -11,13 +11,14 @@ constexpr uint16_t kMost = kFullVoxel / 4 * 3;
 
 void LiquidPages::note_stale(const Cells& cells, PageId p) {
   if (!is_stale(cells, p)) return;
-  if (!pages_[p]) {
-    pages_[p] = std::make_unique<LiquidPage>();
+  LiquidPage& page = pages_[p];
+  if (!page.voxels) {
+    page.voxels = std::make_unique_for_overwrite<LiquidVoxels>();
     ++made_;
   }
   // Noted once: what is viewed below is up to date from now on.
-  pages_[p]->viewed = true;
-  pages_[p]->content = cells.content_changes(p);
+  page.viewed = true;
+  page.content = cells.content_changes(p);
   stale_.push_back(p);
 }
 
@@ -25,11 +26,12 @@ void LiquidPages::view_stale(const Cells& cells) {
   world::parallel_ranges(stale_.size(), kPagesATask, [&](size_t begin, size_t end) {
     for (size_t n = begin; n < end; ++n) {
       const PageId p = stale_[n];
-      LiquidPage& page = *pages_[p];
+      LiquidPage& page = pages_[p];
       const world::BlockId* blocks = cells.find_blocks(p);
       page.changed = false;
-      page.rows = blocks ? view_amounts(blocks, cells.find_amounts(p), liquid_, page.amounts[page.now])
-                         : view_planes(cells.occupied_mask(p), page.amounts[page.now]);
+      uint16_t* const own = page.voxels->amounts[page.now];
+      page.rows =
+          blocks ? view_amounts(blocks, cells.find_amounts(p), liquid_, own) : view_planes(cells.occupied_mask(p), own);
     }
   });
   stale_.clear();
@@ -61,21 +63,21 @@ LiquidPage& LiquidPages::view(const Cells& cells, PageId p) {
   if (p >= pages_.size()) pages_.resize(cells.page_limit());
   note_stale(cells, p);
   if (!stale_.empty()) view_stale(cells);
-  return *pages_[p];
+  return pages_[p];
 }
 
 const LiquidMasks& LiquidPages::masks(PageId p) {
-  LiquidPage& page = *pages_[p];
+  LiquidPage& page = pages_[p];
   if (!page.has_masks || page.masked != page.content) {
-    find_masks(page.own(), kMost, page.masks);
+    find_masks(page.own(), kMost, page.voxels->masks);
     page.has_masks = true;
     page.masked = page.content;
   }
-  return page.masks;
+  return page.voxels->masks;
 }
 
 uint64_t LiquidPages::store(Cells& cells, PageId p) {
-  LiquidPage& page = *pages_[p];
+  LiquidPage& page = pages_[p];
   if (!page.changed) return 0;
   page.changed = false;
   if (page.is_edited) page.rows = rows_of(page.own());

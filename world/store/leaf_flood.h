@@ -41,7 +41,7 @@ constexpr LeafMask touching(LeafMask start, const LeafMask& within) {
       const uint64_t more = start.word[x + 1] & within.word[x] & ~start.word[x];
       if (more) start.word[x] = plane(start.word[x] | more, within.word[x]);
     }
-    if (start == before) return start;
+    if (start == before || start == within) return start;
   }
 }
 
@@ -62,8 +62,9 @@ void flood_leaves(LeafFront& front, Left left, Beside beside, Reached reached) {
     const auto [leaf, from] = front.back();
     front.pop_back();
     LeafMask& here = left(leaf);
-    const LeafMask fresh = touching(from & here, here);
-    if (fresh.is_none()) continue;
+    const LeafMask start = from & here;
+    if (start.is_none()) continue;  // reached from elsewhere since it was noted
+    const LeafMask fresh = touching(start, here);
     here = without(here, fresh);
     if (!reached(leaf, fresh)) return front.clear();
     const bool all = fresh.is_all();

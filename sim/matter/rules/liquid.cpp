@@ -174,12 +174,12 @@ void Liquid::slide_all(Cells& cells, LiquidPages& pages, const Spread& spread, u
     const auto rows = static_cast<uint8_t>(page.rows.wet & ~still);
     if (!rows) return;
     const uint64_t hash = world::hash_combine(cells.hash(p) + turn * 0x9e3779b97f4a7c15ull, pages.liquid());
-    push_of(page.own(), pages[around[kBelow]].own(), rows, spread, hash, page.push);
+    push_of(page.own(), pages[around[kBelow]].own(), rows, spread, hash, page.push());
   });
   const auto slide_page = [&](PageId p, size_t n) {
     const auto part = [&](PageId of) {
       const LiquidPage& page = pages[of];
-      return LiquidPart{page.own(), page.gives == round_ ? page.push : nullptr, page.rows};
+      return LiquidPart{page.own(), page.gives == round_ ? page.push() : nullptr, page.rows};
     };
     LiquidPart sides[kSides];
     for (int d = 0; d < kSides; ++d) sides[d] = part(cells.around(p)[kSidePage[d]]);
@@ -243,10 +243,14 @@ void Liquid::flow_of(Cells& cells, Fluid& fluid, const Tick& tick, RuleReport& r
   }
   std::atomic<uint64_t> changed{0};
   moved_.assign(flowing_.size(), 0);
-  each(0, [&](PageId p, size_t n) {
-    const uint64_t voxels = pages.store(cells, p);
-    moved_[n] = voxels > 0;
-    changed += voxels;
+  world::parallel_ranges(flowing_.size(), kPagesATask, [&](size_t begin, size_t end) {
+    uint64_t of_task = 0;
+    for (size_t n = begin; n < end; ++n) {
+      const uint64_t voxels = pages.store(cells, flowing_[n]);
+      moved_[n] = voxels > 0;
+      of_task += voxels;
+    }
+    changed += of_task;
   });
   report.voxels_changed += changed;
   fit_pages(cells);

@@ -1,7 +1,12 @@
 #include "world/base/jobs.h"
 
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <atomic>
+#include <chrono>
 #include <cstdint>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -72,6 +77,50 @@ TEST(Jobs, ParallelRangesCoverEachIndexOnceInPiecesOfAtMostTheGrain) {
     EXPECT_LE(longest, grain);
   }
   parallel_ranges(10, 0, [](size_t begin, size_t end) { EXPECT_EQ(end - begin, 1u); });
+}
+
+uint64_t sum_in_parallel(size_t count) {
+  std::atomic<uint64_t> sum{0};
+  parallel_ranges(count, 16, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) sum += i;
+  });
+  return sum;
+}
+
+TEST(Jobs, LoopsInLoopsAndOfManyCallersAtOnceVisitEachIndexOnce) {
+  std::vector<std::atomic<int>> visits(64 * 64);
+  parallel_for(64, [&](size_t i) { parallel_for(64, [&](size_t k) { ++visits[i * 64 + k]; }); });
+  for (const auto& v : visits) ASSERT_EQ(v, 1);
+  std::vector<std::thread> callers;
+  std::atomic<int> wrong{0};
+  for (int c = 0; c < 4; ++c)
+    callers.emplace_back([&] {
+      for (int k = 0; k < 500; ++k) wrong += sum_in_parallel(1000) != 499'500;
+    });
+  for (std::thread& caller : callers) caller.join();
+  EXPECT_EQ(wrong, 0);
+}
+
+TEST(Jobs, LoopsGoOnAfterAPauseAndAfterAnException) {
+  for (const int us : {0, 50, 2000, 20'000}) {
+    std::this_thread::sleep_for(std::chrono::microseconds(us));
+    for (int k = 0; k < 100; ++k) ASSERT_EQ(sum_in_parallel(1000), 499'500u) << us;
+    EXPECT_THROW(parallel_for(100, [](size_t i) { i == 57 ? throw std::runtime_error("57") : void(); }),
+                 std::runtime_error);
+  }
+}
+
+TEST(Jobs, AChildProcessHasLoopsToo) {
+  ASSERT_EQ(sum_in_parallel(1000), 499'500u);
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    const ThreadLimit limit(1);
+    _exit(sum_in_parallel(1000) == 499'500 ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
 }
 
 TEST(Jobs, ALimitOfOneRunsEverythingOnTheCallersThread) {
