@@ -5,6 +5,7 @@
 /// A page is at most maxStorageBufferRange.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <span>
 #include <vector>
@@ -73,6 +74,14 @@ class FacePool {
   static CornerBox box_of_voxel(const FaceRecord& record);
   explicit FacePool(BoxOf box_of = box_of_face) : box_of_(box_of) {}
 
+  /// Whether these chunks, sorted by position, are what it holds already.
+  template <class Chunk>
+  bool holds(std::span<const Chunk* const> chunks) const {
+    return std::equal(chunks.begin(), chunks.end(), chunks_.begin(), chunks_.end(),
+                      [](const Chunk* chunk, const PooledChunk& held) {
+                        return chunk->origin == held.origin && chunk->version == held.version;
+                      });
+  }
   /// Follows the extractor's chunks: sends those whose version is new, drops those that are gone. Returns the bytes
   /// sent.
   world::Result<uint64_t> update(gpu::Device& device, std::span<const PoolSource> chunks);

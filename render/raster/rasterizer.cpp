@@ -92,12 +92,15 @@ world::Result<uint64_t> Rasterizer::set_faces(std::span<const ExtractedChunk* co
 }
 
 world::Result<uint64_t> Rasterizer::set_level(int level, std::span<const ExtractedChunk* const> chunks) {
-  return levels_[static_cast<size_t>(level)]->update(*device_, pool_sources(chunks));
+  FacePool& pool = *levels_[static_cast<size_t>(level)];
+  if (pool.holds(chunks)) return uint64_t{0};
+  return pool.update(*device_, pool_sources(chunks));
 }
 
 world::Result<uint64_t> Rasterizer::set_shapes(std::span<const ShapeChunk* const> chunks,
                                                std::span<const ShapeQuad> quads) {
   quads_ = quads;
+  if (shape_pool_.holds(chunks) && shape_points_.holds(chunks)) return uint64_t{0};
   TRY(const uint64_t of_faces, shape_pool_.update(*device_, pool_sources(chunks)));
   TRY(const uint64_t of_points, shape_points_.update(*device_, instance_sources(chunks)));
   return of_faces + of_points;

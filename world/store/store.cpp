@@ -112,9 +112,12 @@ VoxelBox Store::bounds() const {
 }
 
 Census Store::census() const {
-  Census total;
+  std::vector<uint64_t> by_block(palette_->size());
   for (const auto& [pos, region] : nodes_->census)
-    for (const auto& [block, n] : region.counts) total[block] += static_cast<uint64_t>(n);
+    for (const auto& [block, n] : region.counts) by_block[block] += static_cast<uint64_t>(n);
+  Census total;
+  for (size_t block = 0; block < by_block.size(); ++block)
+    if (by_block[block]) total.emplace_hint(total.end(), static_cast<BlockId>(block), by_block[block]);
   return total;
 }
 
