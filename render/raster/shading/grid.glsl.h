@@ -32,8 +32,8 @@ int clear_cube(ivec3 voxel, int region) {
 }
 
 /// Whether nothing opaque lies along a direction up to t_max from a point of a voxel; start_is_clear: it is known that
-/// nothing opaque is there, as before a face, which saves a look. Distances are relative to the start, and each crossing
-/// is worked out from its integer plane; the start is the voxel in front of a face, so no bias is needed.
+/// nothing opaque is there, as before a face, which saves a look. Distances are relative to the start, and each
+/// crossing is worked out from its integer plane; the start is the voxel in front of a face, so no bias is needed.
 bool clear_between(const ivec3 start, const vec3 fraction, const vec3 direction, float t_max, bool start_is_clear) {
   const bvec3 up = greaterThanEqual(direction, vec3(0));
   const vec3 inverse = 1.0 / direction;
@@ -52,7 +52,8 @@ bool clear_between(const ivec3 start, const vec3 fraction, const vec3 direction,
     voxel[axis] = up[axis] ? planes[axis] : planes[axis] - 1;
     if (voxel >> 7 != region) {
       region = voxel >> 7;
-      if (any(lessThan(region, picture.region_min.xyz)) || any(greaterThan(region, picture.region_max.xyz))) return true;
+      if (any(lessThan(region, picture.region_min.xyz)) || any(greaterThan(region, picture.region_max.xyz)))
+        return true;
       place = find_region(region);
     }
     size = clear_cube(voxel, place);
@@ -108,7 +109,8 @@ bool sun_visible(const ivec3 start, const vec3 fraction, uint triangle) {
   float t_max;
   const int says = sun_look(start, fraction, t_max);
   sun_ray_cast = sun_ray_cast || says < 0;
-  const bool open = says < 0 ? clear_between(start, fraction, picture.sun.xyz, t_max, triangle == kNoTriangle) : says > 0;
+  const bool open =
+      says < 0 ? clear_between(start, fraction, picture.sun.xyz, t_max, triangle == kNoTriangle) : says > 0;
   return open && !(kMeshes && meets_mesh(start, fraction, picture.sun.xyz, 1e30, triangle));
 }
 
