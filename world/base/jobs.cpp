@@ -32,7 +32,8 @@ void pause_briefly() {
 }
 
 /// Threads for one loop at a time, that of a caller which is in no loop yet. A tick is a row of loops of 100 us each:
-/// oneTBB's threads sleep between them, and come half a loop late. These look out for the next one for a while.
+/// oneTBB's threads sleep between them, and come half a loop late. These look out for the next one for a while, unless
+/// the last one was long in coming: then others need the processor.
 ///
 /// Pieces lie in as many blocks as there are threads. Each thread begins with the block that it had in the loops before
 /// this one, in whose data it may still have its cache, and then helps with the others.
@@ -78,13 +79,20 @@ class Crew {
   }
 
   void wait_and_work(size_t thread) {
+    bool looks_out = false;  // the last loop came soon after the one before it: so may the next
     for (uint64_t seen = 0;;) {
       const auto start = std::chrono::steady_clock::now();
+      const auto is_soon = [&] { return std::chrono::steady_clock::now() - start < kLookout; };
       uint64_t now = loops_.load();
-      for (int spins = 1; now == seen; ++spins, now = loops_.load()) {
+      for (int spins = 1; looks_out && now == seen; ++spins, now = loops_.load()) {
         pause_briefly();
-        if (spins % 64 == 0 && std::chrono::steady_clock::now() - start > kLookout) loops_.wait(seen);
+        if (spins % 64 == 0) looks_out = is_soon();
       }
+      if (now == seen) {
+        loops_.wait(seen);
+        now = loops_.load();
+      }
+      looks_out = is_soon();
       seen = now;
       inside_.fetch_add(1);
       if (open_.load() && thread < threads_) work_on(thread);
