@@ -275,16 +275,19 @@ void LiquidLevels::find_tops(Cells& cells, LeafPos low, uint64_t round, uint64_t
   }
 }
 
-/// By head, then by hash, then by place.
-void LiquidLevels::sort_tops(const Cells& cells) {
+/// By head, then by hash, as they come where both are equal.
+void LiquidLevels::sort_by_key() {
   constexpr int kBits = 11, kDigits = (kKeyBits + kBits - 1) / kBits;
   constexpr uint32_t kRadix = 1u << kBits;
   const size_t count_of_all = tops_.size();
+  if (count_of_all > size_t{1} << kNumberBits) {  // more than any water at rest has in a tile
+    std::stable_sort(tops_.begin(), tops_.end(), [](const Top& a, const Top& b) { return a.key < b.key; });
+    return;
+  }
   std::array<std::array<uint32_t, kRadix>, kDigits> counts{};
   // Keys alone are moved about, each with its number below it.
   order_.resize(2 * count_of_all);
   uint64_t *from = order_.data(), *to = from + count_of_all;
-  CHECK_LE(count_of_all, size_t{1} << kNumberBits);
   for (size_t n = 0; n < count_of_all; ++n) {
     const uint64_t key = tops_[n].key;
     from[n] = key << kNumberBits | n;
@@ -306,6 +309,11 @@ void LiquidLevels::sort_tops(const Cells& cells) {
   scratch_.resize(count_of_all);
   for (size_t n = 0; n < count_of_all; ++n) scratch_[n] = tops_[from[n] & ((uint64_t{1} << kNumberBits) - 1)];
   tops_.swap(scratch_);
+}
+
+/// By head, then by hash, then by place.
+void LiquidLevels::sort_tops(const Cells& cells) {
+  sort_by_key();
   const auto place = [&](const Top& t) {
     return world::voxel_from_leaf(cells.pos(t.page)) + world::offset_in_leaf(t.voxel());
   };

@@ -105,6 +105,7 @@ class LiquidLevels {
                 const world::LeafMask& beside, std::vector<Top>& tops) const;
   void tops_of_leaf(const Surface& in, world::LeafPos low, uint64_t salt, Part& into) const;
   void leave_to_others(Cells& cells, uint64_t turn, Rim& rim);
+  void sort_by_key();
   void sort_tops(const Cells& cells);
   bool has_full_side(Cells& cells, PageId p, int index);
   bool level_body(Cells& cells);
