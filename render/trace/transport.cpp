@@ -110,11 +110,19 @@ Arrival Transport::arrival(TraceRay ray, const LightSample& light, ShadowTrackin
   const SeeThroughKinds* const straight =
       knobs().tinted_shadows && target.kind == LightKind::sun ? shared.see_through : nullptr;
   uint16_t medium = straight ? straight->kind(tracer.block_of(ray.ray)) : 0;
+  // Else only what is opaque holds the sun back, as for the other backends; paths meet all there is.
+  const bool opaque_alone = target.kind == LightKind::sun && !knobs().tinted_shadows &&
+                            (knobs().light_transport == LightTransport::direct ||
+                             knobs().light_transport == LightTransport::ambient_occlusion);
+  const auto lets_by = [&](const Surface& s) {
+    return opaque_alone && (s.kind == SurfaceKind::shape ||
+                            (s.kind == SurfaceKind::voxel && !scene().view().palette()[s.block].opaque));
+  };
   double left = light.distance;
   for (;;) {
     // A face or triangle is known by its name; a point of a luminaire only by its distance.
     ray.ray.t_max = named ? left * (1 + kLuminaireTolerance) : left * (1 - kLuminaireTolerance);
-    const Vec3f absorption = tracer.absorption(ray);
+    const Vec3f absorption = opaque_alone && ray.around.count() == 0 ? Vec3f(0) : tracer.absorption(ray);
     const Surface s = tracer.intersect(ray, shadow_crossings, true, not_this);
     const bool reached = !s.hit() ||
                          (target.kind == LightKind::voxel && s.kind == SurfaceKind::voxel && s.behind == target.voxel &&
@@ -128,7 +136,8 @@ Arrival Transport::arrival(TraceRay ray, const LightSample& light, ShadowTrackin
       const bool layer = straight && s.kind == SurfaceKind::voxel && straight->contains(s.block);
       const uint16_t near = medium;
       if (layer) medium = straight->kind(s.beyond);
-      const Vec3d share = layer ? Vec3d(straight_passed(*straight, s, near, medium, ray.ray.direction))
+      const Vec3d share = lets_by(s) ? Vec3d(1)
+                          : layer    ? Vec3d(straight_passed(*straight, s, near, medium, ray.ray.direction))
                           : s.kind == SurfaceKind::luminaire || !scene().materials()[s.block].transmits
                               ? Vec3d(0)
                               : straight_share(s, wo);
