@@ -4,11 +4,13 @@
 #include <utility>
 
 #include "render/extract/liquid_parts.h"
+#include "world/store/leaf_sets.h"
 
 namespace render {
 
 using world::LeafMask;
 using world::LeafPos;
+using world::without;
 
 namespace {
 
@@ -19,12 +21,6 @@ LeafMask low_liquids(const LiquidLevels& levels, LeafPos l) {
     for (int i = 0; i < world::kLeafVoxels; ++i)
       if ((*of_leaf)[static_cast<size_t>(i)] < kFullLevel) mask.set(i);
   return mask;
-}
-
-LeafMask without(const LeafMask& mask, const LeafMask& others) {
-  LeafMask left = mask;
-  for (int x = 0; x < world::kLeafSize; ++x) left.word[x] &= ~others.word[x];
-  return left;
 }
 
 }  // namespace

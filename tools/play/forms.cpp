@@ -120,16 +120,16 @@ std::optional<BlockId> form_beside(const world::World& world, const BlockShapes&
 
 EditBatch with_what_falls(const world::World& world, const BlockShapes& shapes, EditBatch batch) {
   const BlockPalette& palette = *world.palette;
-  const auto bearer_of = [&](BlockId block) {
-    const world::Proxy* shape = block < shapes.shape.size() ? shapes.shape[block] : nullptr;
-    return shape ? shape->borne_by : world::kAlways;
-  };
-  std::vector<uint8_t> needs(palette.size());
+  // By block, the face on which what bears it lies.
+  std::vector<int> borne_by(palette.size(), world::kAlways);
+  bool any = false;
+  for (size_t id = 0; id < shapes.shape.size(); ++id)
+    if (const world::Proxy* shape = shapes.shape[id]) {
+      borne_by[id] = shape->borne_by;
+      any |= shape->borne_by != world::kAlways;
+    }
   VoxelBox changed;
   for (const EditBatch::Op& op : batch.ops()) changed.include(op.box);
-  bool any = false;
-  for (size_t id = 0; id < palette.size(); ++id)
-    any |= needs[id] = bearer_of(static_cast<BlockId>(id)) != world::kAlways;
   if (!any || changed.empty()) return batch;
 
   // What stands in the batch's bounds, or beside them, and needs a bearer.
@@ -143,10 +143,10 @@ EditBatch with_what_falls(const world::World& world, const BlockShapes& shapes, 
     for (leaf.y = low.y; leaf.y <= high.y; ++leaf.y)
       for (leaf.z = low.z; leaf.z <= high.z; ++leaf.z) {
         const world::LeafBlocks blocks = reader.leaf(leaf);
-        if (!blocks.values && !needs[blocks.uniform]) continue;
+        if (!blocks.values && borne_by[blocks.uniform] == world::kAlways) continue;
         for (int i = 0; i < world::kLeafVoxels; ++i)
-          if (needs[blocks[i]])
-            borne.emplace_back(world::voxel_from_leaf(leaf) + world::offset_in_leaf(i), bearer_of(blocks[i]));
+          if (const int face = borne_by[blocks[i]]; face != world::kAlways)
+            borne.emplace_back(world::voxel_from_leaf(leaf) + world::offset_in_leaf(i), face);
       }
   // What falls may have borne something itself.
   for (bool more = true; more;) {
