@@ -294,8 +294,8 @@ world::Status Rasterizer::fill_textures(const TextureSet& textures) {
     blocks.emplace_back(textures.blocks()[id], std::bit_cast<uint32_t>(textures.contrasts()[id]));
   TRY_STATUS(
       context().fill_texels(texture_blocks_, VK_FORMAT_R32G32_UINT, blocks.data(), blocks.size() * sizeof blocks[0]));
-  return context().fill_texels(texels_, VK_FORMAT_R32_SFLOAT, textures.texels().data(),
-                               textured_ ? textures.texels().size() * sizeof(float) : 0);
+  return context().fill_texels(texels_, VK_FORMAT_R8G8B8A8_SNORM, textures.texels().data(),
+                               textured_ ? textures.texels().size() * sizeof(uint32_t) : 0);
 }
 
 world::Result<uint64_t> Rasterizer::follow_textures(const TextureSet& textures) {

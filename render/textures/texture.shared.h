@@ -7,10 +7,15 @@
  * independent ones does.
  *
  *   point   the texel at the pixel's middle
- *   mip     the mean over a box of the pixel's footprint: of texels as they are where they are large, so that their
- *           edges stay sharp and don't crawl; between two levels where they are small. Along the longer side of a
- *           footprint, up to texture_anisotropy such boxes
- *   exact   the mean of 8 x 8 places of the footprint, in whichever voxels they lie
+ *   mip     the mean over probes along the longer side of the pixel's footprint, each a square as wide as they lie
+ * apart, or as the shorter side, in the tile of the voxel that it falls into. A square's mean is over texels of the
+ *           coarsest level whose texels are hardly wider, one of them wide at most: texels that are larger than a pixel
+ * keep their edges, which don't crawl. At most texture_anisotropy probes exact   the mean of 8 x 8 places of the
+ * footprint, in whichever voxels they lie
+ *
+ * A probe is one read: a word holds a texel and those beside, above and across it, wrapped, a byte each, in which -127
+ * to 127 are n from -1 to 1. Between two levels, as trilinear filters read, there would be two, and the picture would
+ * be further from the mean.
  *
  * error   mip against exact: tests/render/textures, and the subject texture_filter
  * source  Lance Williams. Pyramidal Parametrics. 1983; Alan Heirich. Feline, as simplified in McCormack and others.
@@ -21,14 +26,14 @@
 
 /* Where texels come from: in GLSL a buffer of the shader, in C++ an argument. */
 #ifdef __cplusplus
-#define TEXTURE_TEXELS const float *texels,
+#define TEXTURE_TEXELS const uint *texels,
 #define TEXTURE_PASS texels,
-#define TEXTURE_TEXEL(i) texels[i]
+#define TEXTURE_FOUR(i) texture_unpacked(texels[i])
 #else
 #define TEXTURE_TEXELS
 #define TEXTURE_PASS
-#ifndef TEXTURE_TEXEL /* a shader says beforehand where they are */
-#define TEXTURE_TEXEL(i) 0.0f
+#ifndef TEXTURE_FOUR /* a shader says beforehand where they are */
+#define TEXTURE_FOUR(i) vec4(0.0f)
 #endif
 #endif
 
@@ -62,12 +67,21 @@ SHARED vec3 texture_step(vec3 hit, vec3 ray, vec3 to_next, int axis) {
   return along * next - hit;
 }
 
-/* A texel of a level, wrapped. */
-SHARED float texture_texel(TEXTURE_TEXELS uint tile, int level, int x, int y) {
+#ifdef __cplusplus
+/* As a device reads four signed normalized bytes. */
+inline vec4 texture_unpacked(uint word) {
+  vec4 four;
+  for (int i = 0; i < 4; ++i) four[i] = float(int8_t(word >> (8 * i))) / 127.0f;
+  return four;
+}
+#endif
+
+/* A texel of a level, wrapped, and those beside, above and across it. */
+SHARED vec4 texture_four(TEXTURE_TEXELS uint tile, int level, int x, int y) {
   int size = kTextureSize >> level;
   /* Levels follow each other: 4/3 (32^2 - size^2 of this one) texels lie before. */
   uint before = uint((kTextureSize * kTextureSize - size * size) * 4 / 3);
-  return TEXTURE_TEXEL(tile + before + uint((y & (size - 1)) * size + (x & (size - 1))));
+  return TEXTURE_FOUR(tile + before + uint((y & (size - 1)) * size + (x & (size - 1))));
 }
 
 /* The mean of a level over a square of `width` texels of the finest level, at most one of its own. */
@@ -75,46 +89,42 @@ SHARED float texture_box(TEXTURE_TEXELS uint tile, int level, vec2 at, float wid
   float scale = float(kTextureSize >> level), w = clamp(width * scale / float(kTextureSize), 1e-3f, 1.0f);
   vec2 low = at * scale - 0.5f * w, first = floor(low);
   vec2 share = clamp((low + w - first - 1.0f) / w, vec2(0.0f), vec2(1.0f)); /* of the second texel */
-  int x = int(first.x), y = int(first.y);
-  float a = texture_texel(TEXTURE_PASS tile, level, x, y), b = texture_texel(TEXTURE_PASS tile, level, x + 1, y);
-  float c = texture_texel(TEXTURE_PASS tile, level, x, y + 1),
-        d = texture_texel(TEXTURE_PASS tile, level, x + 1, y + 1);
-  return mix(mix(a, b, share.x), mix(c, d, share.x), share.y);
+  vec4 four = texture_four(TEXTURE_PASS tile, level, int(first.x), int(first.y));
+  return mix(mix(four.x, four.y, share.x), mix(four.z, four.w, share.x), share.y);
 }
 
-/* Between the two levels whose texels are near `width` texels of the finest wide. */
-SHARED float texture_mip(TEXTURE_TEXELS uint tile, vec2 at, float width) {
-  float level = log2(max(width, 1.0f));
-  int below = int(level);
-  if (below >= kTextureLevels - 1) {
-    return texture_texel(TEXTURE_PASS tile, kTextureLevels - 1, 0, 0) * (float(kTextureSize) / width);
-  }
-  float fine = texture_box(TEXTURE_PASS tile, below, at, width);
-  if (level <= 0.0f) return fine;
-  return mix(fine, texture_box(TEXTURE_PASS tile, below + 1, at, width), level - float(below));
+/* The tile that is shown at a place of a face's plane, which may lie beyond the voxel, and where in it. */
+struct TexturePoint {
+  uint tile;
+  vec2 at;
+};
+SHARED TexturePoint texture_point(uint first, ivec3 voxel, uint face, vec2 at) {
+  vec2 over = clamp(floor(at), vec2(-1e6f), vec2(1e6f));
+  int axis = int(face >> 1), u = int(over.x), v = int(over.y);
+  ivec3 there = axis == 0   ? ivec3(voxel.x, voxel.y + v, voxel.z + u)
+                : axis == 1 ? ivec3(voxel.x + u, voxel.y, voxel.z + v)
+                            : ivec3(voxel.x + u, voxel.y + v, voxel.z);
+  TexturePoint point;
+  point.tile = first + texture_tile(there.x, there.y, there.z, face) * kTextureTileTexels;
+  point.at = at - over;
+  return point;
 }
 
 /* n of a block whose tiles begin at `first`, at a place of a face; `step_x`, `step_y`: to the next pixels, m. */
 SHARED float texture_value(TEXTURE_TEXELS uint first, uint filter_kind, uint anisotropy, ivec3 voxel, uint face,
                            vec2 at, vec2 step_x, vec2 step_y) {
-  uint tile = first + texture_tile(voxel.x, voxel.y, voxel.z, face) * kTextureTileTexels;
   float size = float(kTextureSize);
-  if (filter_kind == kTexturePoint)
-    return texture_texel(TEXTURE_PASS tile, 0, int(floor(at.x * size)), int(floor(at.y * size)));
+  if (filter_kind == kTexturePoint) {
+    uint tile = first + texture_tile(voxel.x, voxel.y, voxel.z, face) * kTextureTileTexels;
+    return texture_four(TEXTURE_PASS tile, 0, int(floor(at.x * size)), int(floor(at.y * size))).x;
+  }
   if (filter_kind == kTextureExact) {
-    int axis = int(face >> 1);
     float sum = 0.0f;
     for (int j = 0; j < 8; ++j)
       for (int i = 0; i < 8; ++i) {
         vec2 p = at + (float(i) - 3.5f) * 0.125f * step_x + (float(j) - 3.5f) * 0.125f * step_y;
-        vec2 over = clamp(floor(p), vec2(-1e6f), vec2(1e6f));
-        int u = int(over.x), v = int(over.y);
-        ivec3 there = axis == 0   ? ivec3(voxel.x, voxel.y + v, voxel.z + u)
-                      : axis == 1 ? ivec3(voxel.x + u, voxel.y, voxel.z + v)
-                                  : ivec3(voxel.x + u, voxel.y + v, voxel.z);
-        uint other = first + texture_tile(there.x, there.y, there.z, face) * kTextureTileTexels;
-        vec2 within = (p - over) * size;
-        sum += texture_texel(TEXTURE_PASS other, 0, int(within.x), int(within.y));
+        TexturePoint q = texture_point(first, voxel, face, p);
+        sum += texture_four(TEXTURE_PASS q.tile, 0, int(q.at.x * size), int(q.at.y * size)).x;
       }
     return sum / 64.0f;
   }
@@ -127,10 +137,15 @@ SHARED float texture_value(TEXTURE_TEXELS uint first, uint filter_kind, uint ani
   float most = float(anisotropy);
   float probes = clamp(ceil(major / max(minor, 1.0f) - 0.25f), 1.0f, most);
   float width = max(major / probes, minor);
+  /* The next level from 1.8 texels of a level on: from there its squares, too wide, err less than this one's, too
+   * narrow. */
+  int level = min(int(log2(max(1.1f * width, 1.0f))), kTextureLevels - 1);
   float sum = 0.0f;
-  for (float i = 0.0f; i < probes; i += 1.0f)
-    sum += texture_mip(TEXTURE_PASS tile, at + longer * ((i + 0.5f) / probes - 0.5f), width);
-  return sum / probes;
+  for (float i = 0.0f; i < probes; i += 1.0f) {
+    TexturePoint p = texture_point(first, voxel, face, at + longer * ((i + 0.5f) / probes - 0.5f));
+    sum += texture_box(TEXTURE_PASS p.tile, level, p.at, width);
+  }
+  return sum / probes * min(size / width, 1.0f);
 }
 
 /* The normal of a face that is taken as high where its texture is bright. `slope`: of a value of 1 over a texel. */

@@ -1,6 +1,7 @@
 #include "render/textures/texture_set.h"
 
 #include <algorithm>
+#include <array>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -33,11 +34,22 @@ uint32_t seed_of(const std::string& name) {
 
 constexpr size_t kBlockTexels = size_t{shared::kTextureTiles} * shared::kTextureTileTexels;
 
+/// Bytes of `size` x `size` texels. What a texel is rounded by goes on to the next, so that their mean stays.
+void round_level(const float* from, int size, std::array<int8_t, shared::kTextureSize * shared::kTextureSize>& to) {
+  float carried = 0;
+  for (int i = 0; i < size * size; ++i) {
+    const float wanted = 127 * from[i] + carried;
+    to[static_cast<size_t>(i)] = static_cast<int8_t>(std::clamp(std::lround(wanted), -127l, 127l));
+    carried = wanted - to[static_cast<size_t>(i)];
+  }
+}
+
 /// The tiles of one block, kBlockTexels: finest levels first, made to have a mean of 0 and a largest of 1, then the
 /// means.
-void make_tiles(const Kind& kind, uint32_t seed, float* texels) {
+void make_tiles(const Kind& kind, uint32_t seed, uint32_t* words) {
   constexpr int kSize = shared::kTextureSize;
-  const auto tile = [&](uint32_t t) { return texels + t * shared::kTextureTileTexels; };
+  std::vector<float> texels(kBlockTexels);
+  const auto tile = [&](uint32_t t) { return texels.data() + t * shared::kTextureTileTexels; };
   double mean = 0;
   for (uint32_t t = 0; t < shared::kTextureTiles; ++t)
     for (int y = 0; y < kSize; ++y)
@@ -64,6 +76,18 @@ void make_tiles(const Kind& kind, uint32_t seed, float* texels) {
       from = to, to += size * size;
     }
   }
+  const float* from = texels.data();
+  std::array<int8_t, kSize * kSize> rounded;
+  for (uint32_t t = 0; t < shared::kTextureTiles; ++t)
+    for (int size = kSize; size >= 1; from += size * size, size /= 2) {
+      round_level(from, size, rounded);
+      const auto byte = [&](int x, int y) -> uint32_t {
+        return static_cast<uint8_t>(rounded[static_cast<size_t>((y & (size - 1)) * size + (x & (size - 1)))]);
+      };
+      for (int y = 0; y < size; ++y)
+        for (int x = 0; x < size; ++x)
+          *words++ = byte(x, y) | byte(x + 1, y) << 8 | byte(x, y + 1) << 16 | byte(x + 1, y + 1) << 24;
+    }
 }
 
 }  // namespace

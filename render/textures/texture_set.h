@@ -2,7 +2,7 @@
 /// palette.
 ///
 ///   blocks  [n] where the block's kTextureTiles tiles begin; 0: none
-///   texels  a pyramid a tile, from -1 to 1, 0 in the mean over a block's tiles
+///   texels  a pyramid a tile, from -1 to 1, 0 in the mean over a block's tiles; four of them a word
 /// cost    22 KiB a textured block of the palette that the world holds
 #pragma once
 
@@ -24,7 +24,7 @@ class TextureSet {
   bool empty() const { return texels_.empty(); }
   uint32_t tiles(world::BlockId block) const { return block < blocks_.size() ? blocks_[block] : 0; }
   float contrast(world::BlockId block) const { return contrasts_[block]; }
-  const std::vector<float>& texels() const { return texels_; }
+  const std::vector<uint32_t>& texels() const { return texels_; }
   const std::vector<uint32_t>& blocks() const { return blocks_; }
   const std::vector<float>& contrasts() const { return contrasts_; }
   uint64_t version() const { return version_; }
@@ -39,8 +39,8 @@ class TextureSet {
                    const glm::vec3& fraction, const glm::vec3& step_x, const glm::vec3& step_y) const;
 
  private:
-  std::vector<uint32_t> blocks_;
-  std::vector<float> contrasts_, texels_;
+  std::vector<uint32_t> blocks_, texels_;
+  std::vector<float> contrasts_;
   size_t palette_ = 0;
   uint64_t version_ = 0;
 };

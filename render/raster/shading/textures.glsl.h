@@ -7,7 +7,7 @@ layout(constant_id = kSpecTextures) const uint kTextures = 0u;
 layout(constant_id = kSpecAnisotropy) const uint kAnisotropy = 1u;
 layout(binding = kBindTextureBlocks) uniform usamplerBuffer texture_blocks;
 layout(binding = kBindTexels) uniform samplerBuffer texture_texels;
-#define TEXTURE_TEXEL(i) texelFetch(texture_texels, int(i)).r
+#define TEXTURE_FOUR(i) texelFetch(texture_texels, int(i))
 #include "render/textures/texture.shared.h"
 
 /// What a block's albedo is multiplied by at a place of a voxel's face. `step_x`, `step_y`: to the next pixels on its
