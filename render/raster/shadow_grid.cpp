@@ -4,11 +4,15 @@
 #include <bit>
 #include <cstring>
 
+#include "world/store/brick_volume.h"
+
 namespace render::raster {
 
 namespace {
 
 constexpr uint32_t kRegionWords = 16 * 16 * 16;  // leaves
+constexpr uint32_t kMaskWords = world::BrickVolume::kWordsPerLeaf;
+static_assert(kMaskWords * sizeof(uint32_t) == sizeof(world::LeafMask));
 
 uint32_t mixed_leaves(const world::MaskRegion& region) {
   uint32_t count = 0;
@@ -20,7 +24,7 @@ uint32_t mixed_leaves(const world::MaskRegion& region) {
 uint64_t cube_of(int bit) { return uint64_t{0x330033} << (bit & 0x2a); }
 
 /// Writes a region's words and its masks, group by group and in order of bits.
-void write_region(const world::MaskRegion& region, uint32_t first_mask, uint32_t* words, world::LeafMask* masks) {
+void write_region(const world::MaskRegion& region, uint32_t first_mask, uint32_t* words, uint32_t* masks) {
   uint32_t mask = 0;
   for (uint32_t g = 0; g < 64; ++g) {
     const uint64_t any = region.any[g], full = region.full[g];
@@ -34,8 +38,9 @@ void write_region(const world::MaskRegion& region, uint32_t first_mask, uint32_t
       } else if (full >> bit & 1) {
         word = kLeafFull;
       } else {
-        word = kLeafMixed + first_mask + mask;
-        masks[mask++] = region.leaf(leaf);
+        word = kLeafMixed + first_mask + mask++;
+        world::BrickVolume::leaf_words(region.leaf(leaf), masks);
+        masks += kMaskWords;
       }
     }
   }
@@ -96,7 +101,7 @@ world::Result<uint64_t> ShadowGrid::rebuild(gpu::Device& device, const world::Ma
     table[slot] = ivec4(region->pos.x, region->pos.y, region->pos.z, static_cast<int>(place.index) + 1);
     write_region(*region, place.first_mask,
                  reinterpret_cast<uint32_t*>(staging.mapped() + leaves_at) + place.index * kRegionWords,
-                 reinterpret_cast<world::LeafMask*>(staging.mapped() + masks_at) + place.first_mask);
+                 reinterpret_cast<uint32_t*>(staging.mapped() + masks_at) + place.first_mask * kMaskWords);
   }
   TRY_STATUS(device.run([&](VkCommandBuffer commands) {
     const VkBufferCopy copies[] = {{0, 0, table_bytes}, {leaves_at, 0, leaf_bytes}, {masks_at, 0, mask_bytes}};
@@ -137,7 +142,7 @@ world::Result<uint64_t> ShadowGrid::update(gpu::Device& device, const world::Mas
     const world::MaskRegion* region = opaque.region(pos);
     const Place& place = places_.at(pos);
     write_region(region ? *region : clear, place.first_mask, reinterpret_cast<uint32_t*>(staging.mapped() + leaves_at),
-                 reinterpret_cast<world::LeafMask*>(staging.mapped() + masks_at));
+                 reinterpret_cast<uint32_t*>(staging.mapped() + masks_at));
     constexpr uint64_t kBytes = kRegionWords * sizeof(uint32_t);
     leaf_copies.push_back({leaves_at, place.index * kBytes, kBytes});
     leaves_at += kBytes;

@@ -16,19 +16,6 @@ constexpr uint32_t kFullCode = BrickVolume::kMixed;
 constexpr uint64_t kCodeBytes = 64 << 20, kCodeBytesPerLeaf = 61;
 constexpr int32_t kHighestTop = INT16_MAX;  // in leaves
 
-void words_from_mask(const LeafMask& mask, uint32_t* words) {
-  for (int word = 0; word < BrickVolume::kWordsPerLeaf; ++word) {
-    const int x = word >> 1 & 4, y = word & 6, z = (word & 1) << 2;
-    uint32_t bits = 0;
-    for (int i = 0; i < 4; ++i) {
-      // Two rows of y, a byte each, of which one nibble is wanted.
-      const uint32_t rows = static_cast<uint32_t>(mask.word[x + i] >> (y * 8 + z));
-      bits |= ((rows & 0xf) | (rows >> 4 & 0xf0)) << (8 * i);
-    }
-    words[word] = bits;
-  }
-}
-
 /// Side - 1 of the largest aligned empty cube around an empty leaf of the region.
 uint32_t empty_code(const MaskRegion* region, LeafPos l) {
   if (!region) return kEmptyRegionCode;
@@ -44,6 +31,19 @@ size_t mixed_leaves_of(const MaskRegion& region) {
 }
 
 }  // namespace
+
+void BrickVolume::leaf_words(const LeafMask& mask, uint32_t* words) {
+  for (int word = 0; word < kWordsPerLeaf; ++word) {
+    const int x = word >> 1 & 4, y = word & 6, z = (word & 1) << 2;
+    uint32_t bits = 0;
+    for (int i = 0; i < 4; ++i) {
+      // Two rows of y, a byte each, of which one nibble is wanted.
+      const uint32_t rows = static_cast<uint32_t>(mask.word[x + i] >> (y * 8 + z));
+      bits |= ((rows & 0xf) | (rows >> 4 & 0xf0)) << (8 * i);
+    }
+    words[word] = bits;
+  }
+}
 
 BrickVolume::BrickVolume(const MaskVolume& volume) {
   if (volume.empty()) return;
@@ -80,7 +80,7 @@ BrickVolume::BrickVolume(const MaskVolume& volume) {
       code = kFullCode;
       if (region.leaf_full(l)) continue;
       code = kMixed | word;
-      words_from_mask(region.leaf(l), words_.data() + word);
+      leaf_words(region.leaf(l), words_.data() + word);
       word += kWordsPerLeaf;
     }
   });
@@ -223,7 +223,7 @@ void BrickVolume::update(const MaskVolume& volume, LeafPos leaf) {
         free_words_.pop_back();
       }
     }
-    words_from_mask(mask, words_.data() + word);
+    leaf_words(mask, words_.data() + word);
     code = kMixed | word;
   }
   if (!mask.is_none()) {

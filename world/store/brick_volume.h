@@ -34,6 +34,8 @@ class BrickVolume {
   /// Voxel in its word of 4x2x4, and word in its leaf.
   static constexpr int bit_in_word(VoxelPos v) { return (v.x & 3) << 3 | (v.y & 1) << 2 | (v.z & 3); }
   static constexpr int word_in_leaf(VoxelPos v) { return (v.x & 4) << 1 | (v.y & 6) | (v.z >> 2 & 1); }
+  /// kWordsPerLeaf words of a leaf.
+  static void leaf_words(const LeafMask& mask, uint32_t* words);
 
   BrickVolume() = default;
   /// Reads all regions, on all threads.

@@ -86,7 +86,7 @@ vec3 light_on_face(const ivec3 voxel, const uint face, const vec2 at, const uint
     for (int i = 0; i < 9; ++i) {
       if (i == 4) continue;
       const ivec3 before = voxel + ahead + (i % 3 - 1) * step_u + (i / 3 - 1) * step_v;
-      if (clear_cube(before, find_region(before >> 7)) != 0) open |= 1u << i;
+      if (is_clear(before)) open |= 1u << i;
     }
     lit *= corner_occlusion(open, at);
   }

@@ -19,17 +19,22 @@ int find_region(ivec3 region) {
   }
 }
 
-/// Size of the clear aligned cube around a voxel: 128, 32, 16, 8 or 1; 0 where the voxel is opaque.
-int clear_cube(ivec3 voxel, int region) {
-  if (region < 0) return 128;
-  const ivec3 leaf = voxel >> 3 & 15, v = voxel & 7;
+/// Sides of a clear aligned box around a voxel: 128, 32, 16, 8, 4x2x4, 2 or 1; 0 where the voxel is opaque.
+ivec3 clear_box(ivec3 voxel, int region) {
+  if (region < 0) return ivec3(128);
+  const ivec3 leaf = voxel >> 3 & 15;
   const uint word = texelFetch(leaves, region * 4096 + leaf.x * 256 + leaf.y * 16 + leaf.z).r;
-  if (word < kLeafFull) return 8 << int(word);
-  if (word == kLeafFull) return 0;
-  const uint index = uint(v.x * 64 + v.y * 8 + v.z);
-  const uint voxels = texelFetch(masks, int((word - kLeafMixed) * 16u + (index >> 5u))).r;
-  return (voxels >> (index & 31u) & 1u) != 0u ? 0 : 1;
+  if (word < kLeafFull) return ivec3(8 << int(word));
+  if (word == kLeafFull) return ivec3(0);
+  // Bits as world/store/brick_volume.h lays them out.
+  const int in_leaf = (voxel.x & 4) << 1 | voxel.y & 6 | voxel.z >> 2 & 1;
+  const uint voxels = texelFetch(masks, int(word - kLeafMixed) * 16 + in_leaf).r;
+  if (voxels == 0u) return ivec3(4, 2, 4);
+  const int bit = (voxel.x & 3) << 3 | (voxel.y & 1) << 2 | voxel.z & 3;
+  if ((voxels >> bit & 1u) != 0u) return ivec3(0);
+  return ivec3((voxels & 0x3333u << (bit & 18)) == 0u ? 2 : 1);
 }
+bool is_clear(ivec3 voxel) { return clear_box(voxel, find_region(voxel >> 7)).x != 0; }
 
 /// Whether nothing opaque lies along a direction up to t_max from a point of a voxel; start_is_clear: it is known that
 /// nothing opaque is there, as before a face, which saves a look. Distances are relative to the start, and each
@@ -38,12 +43,13 @@ bool clear_between(const ivec3 start, const vec3 fraction, const vec3 direction,
   const bvec3 up = greaterThanEqual(direction, vec3(0));
   const vec3 inverse = 1.0 / direction;
   ivec3 voxel = start, region = voxel >> 7;
-  int place = find_region(region), size = start_is_clear ? 1 : clear_cube(voxel, place);
+  int place = find_region(region);
+  ivec3 size = start_is_clear ? ivec3(1) : clear_box(voxel, place);
   for (int steps = 0; steps < (1 << 24); ++steps) {
-    if (size == 0) return false;
-    // Leave the clear cube by the nearest of its planes ahead.
-    const ivec3 low = voxel & ivec3(-size);
-    const ivec3 planes = low + mix(ivec3(0), ivec3(size), up);
+    if (size.x == 0) return false;
+    // Leave the clear box by the nearest of its planes ahead.
+    const ivec3 low = voxel & -size;
+    const ivec3 planes = low + mix(ivec3(0), size, up);
     vec3 t = (vec3(planes - start) - fraction) * inverse;
     t = mix(t, vec3(1e30), equal(direction, vec3(0)));
     const int axis = t.x <= t.y ? (t.x <= t.z ? 0 : 2) : (t.y <= t.z ? 1 : 2);
@@ -56,7 +62,7 @@ bool clear_between(const ivec3 start, const vec3 fraction, const vec3 direction,
         return true;
       place = find_region(region);
     }
-    size = clear_cube(voxel, place);
+    size = clear_box(voxel, place);
   }
   return true;
 }

@@ -45,7 +45,7 @@ void lift_point(inout FacePoint p, int most) {
   if (kSunShadow != kSunShadowRay && !kBsdf && kSkyRays == 0u) return;
   ivec3 step = ivec3(0);
   step[p.face >> 1] = (p.face & 1u) == 1u ? 1 : -1;
-  for (int i = 0; i < most && clear_cube(p.front, find_region(p.front >> 7)) == 0; ++i) p.front += step;
+  for (int i = 0; i < most && !is_clear(p.front); ++i) p.front += step;
 }
 
 /// The part of the sky that rays find open, as render/trace/direct.cpp casts them.
