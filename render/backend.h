@@ -98,7 +98,7 @@ struct BodyRecord {
 };
 
 /// What a simulation has beside its blocks at the moment, and owns. Seen in pictures, opaque bodies first; it throws no
-/// shadow and shows in no mirror.
+/// shadow. What of it mirrors show is among README's limits.
 struct Inhabitants {
   world::VoxelPos origin;
   std::span<const ParticleRecord> particles;

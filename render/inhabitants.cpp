@@ -146,6 +146,11 @@ DrawnInhabitants drawn_inhabitants(const world::WorldView& view, const Inhabitan
   return drawn;
 }
 
+std::vector<shared::DrawnBox> drawn_bodies(const world::WorldView& view, const Inhabitants& inhabitants,
+                                           const Camera& camera, const RenderKnobs& knobs, int width, int height) {
+  return drawn_inhabitants(view, {inhabitants.origin, {}, inhabitants.bodies}, camera, knobs, width, height).boxes;
+}
+
 std::vector<PixelRectangle> rectangles_of(std::span<const shared::DrawnBox> boxes, const Camera& camera, int width,
                                           int height) {
   const Reach reach(camera, width, height);

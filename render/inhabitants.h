@@ -32,6 +32,10 @@ struct DrawnInhabitants {
 DrawnInhabitants drawn_inhabitants(const world::WorldView& view, const Inhabitants& inhabitants, const Camera& camera,
                                    const RenderKnobs& knobs, int width, int height);
 
+/// The bodies alone.
+std::vector<shared::DrawnBox> drawn_bodies(const world::WorldView& view, const Inhabitants& inhabitants,
+                                           const Camera& camera, const RenderKnobs& knobs, int width, int height);
+
 /// Columns [x0, x1) and rows [y0, y1) of a picture.
 struct PixelRectangle {
   int x0, x1, y0, y1;

@@ -114,6 +114,12 @@ ShapeExtractor::Kind ShapeExtractor::kind_of(const Instance& instance) {
   return kind;
 }
 
+uint32_t ShapeExtractor::first_quad_at(StoreReader& reader, VoxelPos voxel, BlockId block) const {
+  const Proxy* const shape = shapes_.shape[block];
+  if (!shape) return UINT32_MAX;
+  return first_quad(block, shapes_.joins_at(*shape, voxel, [&](VoxelPos v) { return reader.get(v); }));
+}
+
 void ShapeExtractor::make_records(Chunk& chunk) {
   std::vector<FaceRecord> by_direction[kShapeDirections];
   chunk.bounds = {};

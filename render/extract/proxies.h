@@ -65,6 +65,8 @@ class ShapeExtractor {
     const auto found = kinds_.find({block, joins});
     return found == kinds_.end() ? UINT32_MAX : found->second.first;
   }
+  /// The same of a voxel of that block; UINT32_MAX also where that has no shape.
+  uint32_t first_quad_at(world::StoreReader& reader, world::VoxelPos voxel, world::BlockId block) const;
   /// The shapes of blocks, and how often all numbers of quads have changed.
   const world::BlockShapes& shapes() const { return shapes_; }
   uint64_t rebuilds() const { return rebuilds_; }

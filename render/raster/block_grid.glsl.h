@@ -1,9 +1,6 @@
-// Rays through the grid of blocks (render/raster/block_grid.h): what a bent or mirrored ray shows, and how far a ray
-// runs within one block.
+// Rays through the grid of blocks (render/raster/block_grid.h), and how far one runs within one block.
 #ifndef LOAM_RENDER_RASTER_BLOCK_GRID_GLSL_H
 #define LOAM_RENDER_RASTER_BLOCK_GRID_GLSL_H
-#include "render/bsdf/directions.shared.h"
-#include "render/raster/shading/mesh_first.glsl.h"
 #include "render/raster/transparency.glsl.h"
 
 layout(binding = kBindBlockRegions, std430) readonly buffer BlockRegions { ivec4 block_regions[]; };
@@ -20,6 +17,8 @@ int find_block_region(ivec3 region) {
   }
 }
 
+layout(constant_id = kSpecShapeCodes) const bool kShapeCodes = false;
+
 /// Sixteenths that a liquid is high in a voxel of this code; 16: it fills it, or is none.
 uint code_level(uint code) {
   if (!kLiquidLevels) return 16u;
@@ -28,8 +27,8 @@ uint code_level(uint code) {
 }
 uint code_block(uint code) { return kLiquidLevels ? block_kinds[2u * code + 1u] >> kKindBlockShift : code; }
 
-/// The code of a voxel, its block's id but where a liquid ends within it, and the size of the aligned cube around it
-/// that is known to be all of that code.
+/// The code of a voxel, its block's id but where a liquid ends within it or a shape stands, and the size of the aligned
+/// cube around it that is known to be all of that code.
 uint block_at(ivec3 voxel, int region, out int size) {
   size = 128;
   if (region < 0) return 0u;
@@ -84,11 +83,11 @@ bool leave_cube(inout BlockWalk w, int size) {
   const ivec3 next = w.voxel >> 7;
   if (next != w.region) {
     if (any(lessThan(next, layers.region_min.xyz)) || any(greaterThan(next, layers.region_max.xyz))) {
-      // Outside: on only while the ray may still come in.
+      // Outside: on only while the ray may still come in, and into the air out there.
       const bvec3 away = bvec3((next.x < layers.region_min.x && !up.x) || (next.x > layers.region_max.x && up.x),
                                (next.y < layers.region_min.y && !up.y) || (next.y > layers.region_max.y && up.y),
                                (next.z < layers.region_min.z && !up.z) || (next.z > layers.region_max.z && up.z));
-      if (any(away)) return false;
+      if (any(away) && w.place < 0) return false;
     }
     w.region = next;
     w.place = find_block_region(next);
@@ -160,101 +159,6 @@ float run_length(ivec3 voxel, vec3 fraction, vec3 direction, uint kind) {
     if (!leave_cube(w, size)) return 1e30;
   }
   return w.t;
-}
-
-/// What a ray shows that starts in a medium, as the eye sees it: surfaces shaded by face_radiance(), layers before them
-/// straight on, or with `bends` refracted by Snell's law. What layers mirror is the sky. Triangles of meshes end it as
-/// surfaces do.
-vec3 followed_radiance(ivec3 voxel, vec3 fraction, vec3 direction, uint medium, bool bends) {
-  vec3 added = vec3(0), through = vec3(1);
-  const float n_eye = layer_blocks[medium].absorption.w;
-  float last = 0.0;
-  BlockWalk w = begin_walk(voxel, fraction, direction);
-  int interfaces = 0;
-  float mesh_t = 1e30;  // where this straight part of the ray meets a triangle
-  uint mesh = kNoTriangle;
-  if (kMeshes) mesh = first_mesh(w.start, w.fraction, w.direction, mesh_t);
-  for (int steps = 0; steps < 4096; ++steps) {
-    if (kMeshes) {
-      if (mesh_t <= w.t) break;
-    }
-    int size;
-    const uint code = block_at(w.voxel, w.place, size), block = code_block(code), level = code_level(code);
-    uint kind = block_kinds[2u * code];
-    LiquidTop top;
-    top.ahead = false;
-    if (kLiquidLevels && level < 16u) {
-      top = liquid_top(w, level);
-      if (!top.liquid) kind = 0u;
-      size = 1;
-    }
-    if (kind != medium && w.axis < 0) {
-      // The start is rounded into another block: nothing lies between.
-      if (kind == kKindSolid) return added;
-      medium = kind;
-    } else if (kind != medium) {
-      through *= absorbed_along(layer_blocks[medium].absorption.xyz, w.t - last);
-      last = w.t;
-      if (kind == kKindSolid)
-        return added + through *
-                           radiance_scale(layer_blocks[layers.eye.x].absorption.w, layer_blocks[medium].absorption.w) *
-                           face_radiance(crossed_point(w, block));
-      const uint owner = max(kind, medium);  // kinds are in the order of ids
-      const SeeThroughBlock of = layer_blocks[owner];
-      const float n_near = layer_blocks[medium].absorption.w, n_far = layer_blocks[kind].absorption.w;
-      const InterfaceShares shares =
-          interface_shares(of, bends ? n_near : n_eye, n_near, n_far, abs(w.direction[w.axis]));
-      vec3 mirrored = w.direction;
-      mirrored[w.axis] = -mirrored[w.axis];
-      const bool total =
-          bends && n_near != n_far && of.matte.w == float(kSeeThroughDielectric) && shares.passed == vec3(0);
-      if (!total) added += through * shares.mirrored * sky_radiance(mirrored);
-      if (kLayerMatte && shares.matte > 0.0)
-        added += through * shares.matte * face_radiance(crossed_point(w, uint(of.block.x)));
-      else if (owner == kind)
-        added += through * of.emitted.xyz;
-      if (++interfaces > 32) return added;
-      if (bends && n_near != n_far) {
-        const FacePoint at = crossed_point(w, block);
-        vec3 normal = vec3(0);
-        normal[w.axis] = w.direction[w.axis] >= 0.0 ? -1.0 : 1.0;
-        ivec3 before = at.front, beyond = w.voxel;
-        vec3 place = at.fraction;
-        place[w.axis] = 1.0 - place[w.axis];
-        vec3 place_before = at.fraction;
-        if (kLiquidLevels && w.level != 0u) {
-          before = beyond;
-          place.y = place_before.y = float(w.level) / 16.0;
-        }
-        if (total) {
-          w = begin_walk(before, place_before, mirrored);
-        } else {
-          const vec3 bent = refracted_direction(-w.direction, normal, n_far / n_near);
-          w = begin_walk(beyond, place, bent);
-          through *= shares.passed;
-          medium = kind;
-        }
-        last = 0.0;
-        mesh_t = 1e30;
-        if (kMeshes) mesh = first_mesh(w.start, w.fraction, w.direction, mesh_t);
-        continue;
-      }
-      through *= shares.passed;
-      medium = kind;
-      if (all(lessThan(through, vec3(1e-3)))) return added;
-    }
-    if (kLiquidLevels && cross_top(w, top, level)) continue;
-    if (!leave_cube(w, size)) break;
-  }
-  if (kMeshes) {  // not of two conditions: specialised, it takes all that it holds out of the shader
-    if (mesh != kNoTriangle)
-      return added + through * absorbed_along(layer_blocks[medium].absorption.xyz, mesh_t - last) *
-                         radiance_scale(layer_blocks[layers.eye.x].absorption.w, layer_blocks[medium].absorption.w) *
-                         first_mesh_radiance(mesh, w.start, w.fraction, w.direction, mesh_t);
-  }
-  through *= absorbed_along(layer_blocks[medium].absorption.xyz, 1e30);
-  return added + through * radiance_scale(layer_blocks[layers.eye.x].absorption.w, layer_blocks[medium].absorption.w) *
-                     sky_radiance(w.direction);
 }
 
 #endif

@@ -4,16 +4,9 @@
 #include "balls.vert.spv.h"
 #include "boxes.frag.spv.h"
 #include "boxes.vert.spv.h"
+#include "render/raster/transparency.shared.h"
 
 namespace render::raster {
-
-namespace {
-
-DrawnInhabitants drawn_of(const Drawing& drawing, const Inhabitants& some) {
-  return drawn_inhabitants(drawing.view, some, drawing.camera, drawing.knobs, drawing.width, drawing.height);
-}
-
-}  // namespace
 
 PassKind BodiesPass::kind() {
   return {"bodies",
@@ -26,26 +19,32 @@ PassKind BodiesPass::kind() {
 }
 
 world::Status BodiesPass::prepare(PassContext& context, const Drawing& drawing, FrameReport&) {
-  const DrawnInhabitants drawn = drawn_of(drawing, {drawing.inhabitants.origin, {}, drawing.inhabitants.bodies});
-  count_ = static_cast<uint32_t>(drawn.boxes.size());
-  if (!pipeline_) {
-    TRY(pipeline_, make_graphics(context.device, boxes_vert_spv, boxes_frag_spv,
-                                 {.colour = {kColourFormat}, .depth = context.targets.depth_format}));
+  const std::vector<shared::DrawnBox> boxes =
+      drawn_bodies(drawing.view, drawing.inhabitants, drawing.camera, drawing.knobs, drawing.width, drawing.height);
+  count_ = static_cast<uint32_t>(boxes.size());
+  Pipeline& pipeline = drawing.behind ? behind_mirror_ : pipeline_;
+  if (!pipeline) {
+    TRY(pipeline, make_graphics(context.device, boxes_vert_spv, boxes_frag_spv,
+                                {.colour = {kColourFormat}, .depth = context.targets.depth_format},
+                                std::vector<Constant>{{kSpecClips, drawing.behind != nullptr}}));
   }
-  TRY_STATUS(
-      context.fill(boxes_, drawn.boxes.data(), count_ * sizeof(shared::DrawnBox), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
-  context.bindings.bind(kBindBoxes, boxes_);
+  TRY_STATUS(context.fill(boxes_, boxes.data(), count_ * sizeof(shared::DrawnBox), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
+  // Rays ask the binding how many there are.
+  if (count_)
+    context.bindings.bind(kBindBoxes, boxes_, 0, count_ * sizeof(shared::DrawnBox));
+  else
+    context.bindings.unbind(kBindBoxes);
   return {};
 }
 
-void BodiesPass::record(VkCommandBuffer commands, PassContext& context, const Drawing&) {
+void BodiesPass::record(VkCommandBuffer commands, PassContext& context, const Drawing& drawing) {
   const Targets& targets = context.targets;
   const VkImageView colour = targets.colour.view;
   image_barrier(commands, targets.colour.handle, VK_IMAGE_ASPECT_COLOR_BIT, kComputeReadWrite, kColourReadWrite);
   image_barrier(commands, targets.depth.handle, VK_IMAGE_ASPECT_DEPTH_BIT,
                 kDepthReadWrite | kComputeRead | kFragmentRead, kDepthReadWrite);
   begin_rendering(commands, targets, {&colour, 1}, targets.depth.view, false);
-  context.bindings.use(commands, pipeline_);
+  context.bindings.use(commands, drawing.behind ? behind_mirror_ : pipeline_);
   vkCmdDraw(commands, 36, count_, 0, 0);
   vkCmdEndRendering(commands);
   image_barrier(commands, targets.colour.handle, VK_IMAGE_ASPECT_COLOR_BIT, kColourReadWrite,
@@ -72,7 +71,16 @@ PassKind ParticlesPass::kind() {
 }
 
 world::Status ParticlesPass::prepare(PassContext& context, const Drawing& drawing, FrameReport&) {
-  const DrawnInhabitants drawn = drawn_of(drawing, {drawing.inhabitants.origin, drawing.inhabitants.particles, {}});
+  DrawnInhabitants drawn =
+      drawn_inhabitants(drawing.view, {drawing.inhabitants.origin, drawing.inhabitants.particles, {}}, drawing.camera,
+                        drawing.knobs, drawing.width, drawing.height);
+  if (const MirrorPlane* const mirror = drawing.behind) {
+    const world::WorldPoint& eye = drawing.camera.position;
+    const double plane = double(mirror->plane) - eye.voxel[mirror->axis] - eye.fraction[mirror->axis];
+    std::erase_if(drawn.balls, [&](const shared::DrawnBall& b) {
+      return (double(b.middle[mirror->axis]) - plane) * mirror->side < 0;
+    });
+  }
   count_ = static_cast<uint32_t>(drawn.balls.size());
   if (!pipeline_) {
     VkPipelineColorBlendAttachmentState over{};

@@ -15,7 +15,7 @@ class BodiesPass : public Pass {
   world::Status finish(PassContext& context, FrameReport& report) override;
 
  private:
-  Pipeline pipeline_;
+  Pipeline pipeline_, behind_mirror_;
   gpu::Buffer boxes_;
   uint32_t count_ = 0;
 };

@@ -5,7 +5,6 @@
 // a ray crosses the planes of the grid; the next in order is sought anew each time, so that lists may be of any length
 // and no pixel needs room of its own.
 #define PICTURE_READ_FIRST
-#include "render/raster/bodies.glsl.h"
 #include "render/raster/reflection.glsl.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;

@@ -57,13 +57,13 @@ struct Selection {
 /// One picture: what all passes read. The world may be read by any pass; what it derives it keeps and follows itself.
 struct Drawing {
   const world::WorldView& view;
-  std::span<FacePool* const> faces;  // of cubes, by level; culling notes what is seen
-  TreePool& trees;                   // of `faces`, what billboards may stand for; empty where they aren't asked for
-  FacePool& shapes;                  // of blocks that have a shape of their own
-  FacePool& shape_points;            // the same, a record a voxel
-  std::span<const ShapeQuad> quads;  // that the records of shapes name
-  const DrawnTriangles& triangles;   // of meshes and smooth surfaces
-  const Camera& camera;              // off the planes of the grid
+  std::span<FacePool* const> faces;    // of cubes, by level; culling notes what is seen
+  TreePool& trees;                     // of `faces`, what billboards may stand for; empty where they aren't asked for
+  FacePool& shapes;                    // of blocks that have a shape of their own
+  FacePool& shape_points;              // the same, a record a voxel
+  const ShapeExtractor* block_shapes;  // whose quads those records name; null where there are none
+  const DrawnTriangles& triangles;     // of meshes and smooth surfaces
+  const Camera& camera;                // off the planes of the grid
   const PixelRays& rays;
   const SkyView& sky;
   const world::Environment& environment;  // of the sky

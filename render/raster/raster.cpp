@@ -123,8 +123,7 @@ class Raster : public RasterBackend {
       TRY(const uint64_t level_bytes, rasterizer_->set_level(k, levels_.level(k).chunks()));
       bytes += level_bytes;
     }
-    const std::span<const ShapeChunk* const> no_shapes;
-    TRY(const uint64_t shape_bytes, rasterizer_->set_shapes(smooth ? no_shapes : shapes_.chunks(), shapes_.quads()));
+    TRY(const uint64_t shape_bytes, rasterizer_->set_shapes(smooth ? nullptr : &shapes_));
     bytes += shape_bytes;
     TRY(const uint64_t mesh_bytes, send_triangles(view, smooth, knobs));
     bytes += mesh_bytes;
@@ -212,7 +211,7 @@ class Raster : public RasterBackend {
     RenderKnobs plain = knobs;
     plain.anti_aliasing = AntiAliasing::none;  // what temporal mixing remembers is the eye's picture
     auto drawn = rasterizer_->draw(view, behind, sky, shading, light_.kind(), plain, near, width, height,
-                                   {.plan = no_effects, .inhabitants = {}});
+                                   {.plan = no_effects, .inhabitants = inhabitants});
     rasterizer_->behind = nullptr;
     TRY(Frame frame, std::move(drawn));
     picture = raster::MirrorPicture{*plane, behind, std::move(frame.image)};

@@ -61,15 +61,16 @@ SHARED_CONST uint kBindTextureBlocks = 34;   // uvec2 texels: by block: where it
 SHARED_CONST uint kBindTexels = 35;          // float texels: render/textures/texture.shared.h
 SHARED_CONST uint kBindBlockerRegions = 36;  // ivec4[]  of what isn't opaque and stands in the sun's way: hash table
 SHARED_CONST uint kBindBlockerLeaves = 37;   // uint[]   as kBindBlockLeaves
-SHARED_CONST uint kBindBlockerCodes = 38;    // uint[]   as kBindBlockIds: kind of see-through block, or kBlockerShape
+SHARED_CONST uint kBindBlockerCodes = 38;    // uint[]   as kBindBlockIds: kind of see-through block, or kShapeCode
 SHARED_CONST uint kBindBlockerKinds = 39;    // ivec4 low region, w: slots less 1; high region; SeeThroughBlock[]
 SHARED_CONST uint kBindMirrorStrips = 40;    // vec4[]   mirror_stencil_pass.h: relative to the camera
 SHARED_CONST uint kBindRays = 41;            // vec4 texels: corner, step_x and step_y of the picture
 SHARED_CONST uint kBindSecondIndices = 42;   // uint[]   six a face that the second pass draws
 SHARED_CONST uint kBindDrawCounts = 43;      // uint[]   by page: draws of the second pass that draw anything
 
-SHARED_CONST uint kBlockerShape = 0x8000u;  // | number of its first quad
-SHARED_CONST uint kBlockerCube = 0x7fffu;   // hides all
+/// Codes of voxels, in the grids of blockers and of blocks, from here on: a shape, and the number of its first quad.
+SHARED_CONST uint kShapeCode = 0x8000u;
+SHARED_CONST uint kBlockerCube = 0x7fffu;  // hides all
 
 SHARED_CONST uint kTilePixels = 8;  // a tile of the occlusion test is 8 x 8 pixels
 
@@ -219,6 +220,7 @@ SHARED_CONST int kSkyAngles = 21;
 /// along = 0..1 on it; normal, w: . corner. Of the first face of a shape: its box's low corner, w: how many faces it
 /// has, as an int's bits; its high corner.
 SHARED_CONST uint kQuadVectors = 9u;
+SHARED_CONST uint kNoQuad = 0xffffffffu;
 
 #ifdef __cplusplus
 static_assert(sizeof(PictureConstants) == (13 + 12 + 14 + 3 + 7 + 2 + 18) * 16);

@@ -97,9 +97,10 @@ world::Result<uint64_t> Rasterizer::set_level(int level, std::span<const Extract
   return pool.update(*device_, pool_sources(chunks));
 }
 
-world::Result<uint64_t> Rasterizer::set_shapes(std::span<const ShapeChunk* const> chunks,
-                                               std::span<const ShapeQuad> quads) {
-  quads_ = quads;
+world::Result<uint64_t> Rasterizer::set_shapes(const ShapeExtractor* shapes) {
+  block_shapes_ = shapes && shapes->any() ? shapes : nullptr;
+  std::span<const ShapeChunk* const> chunks;
+  if (block_shapes_) chunks = shapes->chunks();
   if (shape_pool_.holds(chunks) && shape_points_.holds(chunks)) return uint64_t{0};
   TRY(const uint64_t of_faces, shape_pool_.update(*device_, pool_sources(chunks)));
   TRY(const uint64_t of_points, shape_points_.update(*device_, instance_sources(chunks)));
@@ -321,7 +322,7 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
                         trees_,
                         shape_pool_,
                         shape_points_,
-                        quads_,
+                        block_shapes_,
                         triangles_,
                         camera,
                         rays,

@@ -34,8 +34,8 @@ class Rasterizer {
   /// The same of a coarser level; those beyond `levels` go.
   world::Result<uint64_t> set_level(int level, std::span<const ExtractedChunk* const> chunks);
   void set_level_count(int levels);
-  /// The same of shapes; `quads` must live until the picture is drawn.
-  world::Result<uint64_t> set_shapes(std::span<const ShapeChunk* const> chunks, std::span<const ShapeQuad> quads);
+  /// The same of shapes, which must live until the picture is drawn; null: none.
+  world::Result<uint64_t> set_shapes(const ShapeExtractor* shapes);
   /// near: view depth in metres closer than which nothing lies in the picture.
   world::Result<Frame> draw(const world::WorldView& view, const Camera& camera, const SkyView& sky,
                             const Shading& shading, SurfaceLight::Kind light, const RenderKnobs& knobs, double near,
@@ -108,7 +108,7 @@ class Rasterizer {
   TreePool trees_;
   bool splits_trees_ = false;
   FacePool shape_pool_{FacePool::box_of_voxel}, shape_points_{FacePool::box_of_voxel};
-  std::span<const ShapeQuad> quads_;
+  const ShapeExtractor* block_shapes_ = nullptr;
   ShadowGrid shadow_grid_;
   LightGrid light_grid_;
   SunHeights sun_heights_;

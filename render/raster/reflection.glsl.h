@@ -2,7 +2,7 @@
 // the screen. `seen_image` and `behind_image` are the includer's.
 #ifndef LOAM_RENDER_RASTER_REFLECTION_GLSL_H
 #define LOAM_RENDER_RASTER_REFLECTION_GLSL_H
-#include "render/raster/block_grid.glsl.h"
+#include "render/raster/followed_rays.glsl.h"
 
 layout(constant_id = kSpecReflection) const uint kReflection = 0u;
 layout(constant_id = kSpecRefraction) const uint kRefraction = 0u;
@@ -20,7 +20,9 @@ bool on_screen(vec3 at) {
   return at.z > picture.fraction.w && all(greaterThanEqual(at.xy, vec2(0))) && all(lessThan(at.xy, picture.screen.xy));
 }
 /// View depth of what is seen at a pixel; 1e30 for the sky.
-float seen_depth(ivec2 pixel) { return seen_t(texelFetch(seen_image, pixel, 0).xy, pixel_ray(vec2(pixel) + 0.5)); }
+float seen_depth(ivec2 pixel) {
+  return body_t(pixel, seen_t(texelFetch(seen_image, pixel, 0).xy, pixel_ray(vec2(pixel) + 0.5)));
+}
 
 /// Steps along a ray that grow with its length, until it lies behind what is seen; then halves the last one. Where it
 /// leaves the picture, or passes behind a thing that isn't near it, `otherwise`.

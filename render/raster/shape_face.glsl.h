@@ -2,16 +2,7 @@
 #ifndef LOAM_RENDER_RASTER_SHAPE_FACE_GLSL_H
 #define LOAM_RENDER_RASTER_SHAPE_FACE_GLSL_H
 #include "render/raster/fragment_ray.glsl.h"
-
-layout(binding = kBindShapeQuads) uniform samplerBuffer quads;
-
-/// Faces that meet overlap by this, so that rounding leaves no gap between them.
-const float kOverlap = 1e-5;
-
-/// on: a place in the face's own axes, 0..1 on it.
-bool lies_within(vec2 on) {
-  return all(greaterThanEqual(on, vec2(-kOverlap))) && all(lessThanEqual(on, vec2(1.0 + kOverlap)));
-}
+#include "render/raster/shape_quads.glsl.h"
 
 /// Along the ray, to the face's plane. corner: of the face, relative to the camera.
 float distance_to_face(uint quad, vec3 corner, vec3 ray) {

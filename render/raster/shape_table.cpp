@@ -16,9 +16,10 @@ world::Status ShapeTable::prepare(PassContext& context, const Drawing& drawing) 
     n[world::face_axis(f)] = static_cast<float>(world::face_sign(f));
     normals.push_back(n);
   }
+  const std::vector<ShapeQuad>& of_shapes = drawing.block_shapes->quads();
   std::vector<vec4> quads;
-  quads.reserve(drawing.quads.size() * kQuadVectors);
-  for (const ShapeQuad& q : drawing.quads) {
+  quads.reserve(of_shapes.size() * kQuadVectors);
+  for (const ShapeQuad& q : of_shapes) {
     size_t lit = static_cast<size_t>(q.direction);
     if (q.direction == kBothSides) {
       lit = world::kFaces;

@@ -7,7 +7,7 @@ namespace render::raster {
 
 class ShapeTable {
  public:
-  /// Sends and binds what the picture's shapes need.
+  /// Sends and binds what the picture's shapes need, where it has any.
   world::Status prepare(PassContext& context, const Drawing& drawing);
 
  private:

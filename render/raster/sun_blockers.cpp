@@ -39,12 +39,9 @@ world::Result<uint64_t> SunBlockers::follow(gpu::Device& device, const world::Wo
       const BlockId id = blocks[i];
       uint16_t& code = codes[static_cast<size_t>(i)];
       code = cubes[id] ? uint16_t{kBlockerCube} : kinds.kind(id);
-      const world::Proxy* const shape = drawn ? drawn->shape[id] : nullptr;
-      if (!shape) continue;
-      const uint8_t joins =
-          drawn->joins_at(*shape, corner + world::offset_in_leaf(i), [&](world::VoxelPos v) { return reader.get(v); });
-      const uint32_t first = shapes.first_quad(id, joins);
-      code = first < kBlockerShape ? static_cast<uint16_t>(kBlockerShape | first) : 0;
+      if (!drawn || !drawn->shape[id]) continue;
+      const uint32_t first = shapes.first_quad_at(reader, corner + world::offset_in_leaf(i), id);
+      code = first < kShapeCode ? static_cast<uint16_t>(kShapeCode + first) : 0;
     }
   };
   TRY(uint64_t bytes, grid_.follow(device, view, dirty, fresh, code_leaf));

@@ -37,7 +37,7 @@ SHARED_CONST uint kBindLayerOwnNodes = 84;    // uvec2[]  lists: a pixel's own n
 SHARED_CONST uint kBlockUniform = 0x80000000u;
 SHARED_CONST uint kKindSolid = 0xffffu;  // what no ray sees through; air has the kind 0
 /// Codes up to the palette's size are blocks' ids; those beyond stand for liquids that end within their voxels. Of each
-/// its level in sixteenths, or 0, and its block.
+/// its level in sixteenths, or 0, and its block. With kSpecShapeCodes those from kShapeCode on are shapes.
 SHARED_CONST uint kKindLevelShift = 1u, kKindBlockShift = 16u;
 
 SHARED_CONST uint kSpecCoveragePattern = 64;  // by order of CoveragePattern
@@ -50,6 +50,7 @@ SHARED_CONST uint kSpecLayerMatte = 70;   // bool: the world holds sheets or par
 SHARED_CONST uint kSpecBodies = 71;       // bool: the depth image says more than kBindSeen, there may be bodies
 SHARED_CONST uint kSpecListedTiles = 72;  // bool: lists: of the tiles that have a layer, else of all
 SHARED_CONST uint kSpecOwnNodes = 73;     // bool: lists: each pixel has a node of its own
+SHARED_CONST uint kSpecShapeCodes = 74;   // bool: the grid of blocks says where shapes stand: kShapeCode
 SHARED_CONST uint kRefractionNone = 0u, kRefractionScreen = 1u, kRefractionTraced = 2u;
 SHARED_CONST uint kReflectionNone = 0u, kReflectionScreen = 1u, kReflectionPlanar = 2u, kReflectionTraced = 3u;
 

@@ -14,6 +14,7 @@ std::vector<Constant> layer_constants(const Drawing& drawing, const LayerDraws& 
   all.push_back({kSpecLayerMatte, draws.matte});
   all.push_back({kSpecBodies, !drawing.inhabitants.bodies.empty()});
   all.push_back({kSpecShapes, !drawing.shapes.chunks().empty()});
+  all.push_back({kSpecShapeCodes, draws.shape_codes});
   all.insert(all.end(), more.begin(), more.end());
   return all;
 }
@@ -109,10 +110,11 @@ std::vector<world::LeafPos> TransparencyPass::follow(const Drawing& drawing) {
 world::Status TransparencyPass::follow_blocks(PassContext& context, const Drawing& drawing,
                                               std::span<const world::LeafPos> dirty, LayerConstants& constants) {
   const world::BlockPalette& palette = drawing.view.palette();
+  const bool shaped = drawing.knobs.proxy_shapes != ProxyShapes::cube;
   std::vector<uint32_t> kinds;
   const auto add = [&](world::BlockId block, uint32_t level) {
-    const bool air = block == world::kAir || !palette[block].proxy.empty();  // a shape leaves its voxel open
-    kinds.push_back(air ? 0 : kinds_->contains(block) ? kinds_->kind(block) : kKindSolid);
+    const bool open = block == world::kAir || (shaped && !palette[block].proxy.empty());  // a shape leaves its voxel so
+    kinds.push_back(open ? 0 : kinds_->contains(block) ? kinds_->kind(block) : kKindSolid);
     kinds.push_back((is_mirror(palette[block]) ? 1u : 0u) | level << kKindLevelShift |
                     uint32_t{block} << kKindBlockShift);
   };
@@ -122,12 +124,13 @@ world::Status TransparencyPass::follow_blocks(PassContext& context, const Drawin
   std::vector<uint32_t> first_code(leveled ? palette.size() : 0);
   for (size_t id = 0; id < first_code.size(); ++id) {
     const auto block = static_cast<world::BlockId>(id);
-    if (palette[block].phase != world::Phase::liquid || kinds.size() / 2 + kFullLevel > 0xffff) continue;
+    if (palette[block].phase != world::Phase::liquid || kinds.size() / 2 + kFullLevel > kShapeCode) continue;
     first_code[id] = static_cast<uint32_t>(kinds.size() / 2) - 1;
     for (uint32_t level = 1; level < kFullLevel; ++level) add(block, level);
   }
   TRY_STATUS(context.fill(block_kinds_, kinds.data(), kinds.size() * 4, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
   context.bindings.bind(kBindBlockKinds, block_kinds_);
+  draws_.shape_codes = false;
   if (!order_->needs_block_grid(drawing)) {
     grid_.clear();
     grid_store_ = 0;
@@ -135,17 +138,29 @@ world::Status TransparencyPass::follow_blocks(PassContext& context, const Drawin
       context.bindings.unbind(binding);
     return {};
   }
-  const bool whole = grid_store_ != store_ || leveled != grid_has_levels_;
+  // What runs straight ends where the block does, with a shape there or not.
+  const bool follows_rays = drawing.knobs.transparency == Transparency::lists && palette.size() <= kShapeCode;
+  const ShapeExtractor* const shapes = follows_rays ? drawing.block_shapes : nullptr;
+  const uint64_t shapes_named = shapes ? shapes->rebuilds() : 0;
+  const bool whole = grid_store_ != store_ || leveled != grid_has_levels_ || shapes_named != grid_shapes_;
   grid_store_ = 0;  // until all is there
   grid_has_levels_ = leveled;
+  grid_shapes_ = shapes_named;
+  draws_.shape_codes = shapes != nullptr;
   BlockGrid::CodeLeaf code;
-  if (leveled)
-    code = [&](world::StoreReader&, world::LeafPos leaf, const world::LeafBlocks& of, BlockGrid::LeafCodes& codes) {
+  if (leveled || shapes)
+    code = [&](world::StoreReader& reader, world::LeafPos leaf, const world::LeafBlocks& of,
+               BlockGrid::LeafCodes& codes) {
       const LiquidLevels::Leaf* const levels = levels_.leaf(leaf);
       for (size_t i = 0; i < codes.size(); ++i) {
-        codes[i] = of[static_cast<int>(i)];
+        const world::BlockId id = of[static_cast<int>(i)];
+        codes[i] = id;
         const uint32_t level = levels ? (*levels)[i] : uint32_t{kFullLevel};
-        if (level < kFullLevel && first_code[codes[i]]) codes[i] = static_cast<uint16_t>(first_code[codes[i]] + level);
+        if (level < kFullLevel && first_code[id]) codes[i] = static_cast<uint16_t>(first_code[id] + level);
+        if (!shapes || !shapes->shapes().shape[id]) continue;
+        const world::VoxelPos voxel = voxel_from_leaf(leaf) + world::offset_in_leaf(static_cast<int>(i));
+        const uint32_t first = shapes->first_quad_at(reader, voxel, id);
+        codes[i] = first < kShapeCode ? static_cast<uint16_t>(kShapeCode + first) : 0;
       }
     };
   auto sent = grid_.follow(context.device, drawing.view, dirty, whole, code);

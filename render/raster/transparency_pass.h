@@ -23,7 +23,8 @@ struct LayerDraws {
   FacePool* pool = nullptr;
   const gpu::Buffer* indices = nullptr;
   uint64_t faces = 0;
-  bool matte = false;  // the world holds sheets or partial coverage, which are lit
+  bool matte = false;        // the world holds sheets or partial coverage, which are lit
+  bool shape_codes = false;  // the grid of blocks says where shapes stand
 
   /// Within begin_rendering().
   void record(VkCommandBuffer commands, PassContext& context, const Pipeline& pipeline) const;
@@ -90,7 +91,8 @@ class TransparencyPass : public Pass {
   LiquidLevels levels_;
   BlockGrid grid_;
   bool grid_has_levels_ = false;
-  uint64_t grid_store_ = 0;  // identity of the world that it holds; 0: none, or behind
+  uint64_t grid_store_ = 0;   // identity of the world that it holds; 0: none, or behind
+  uint64_t grid_shapes_ = 0;  // ShapeExtractor::rebuilds() of the shapes that it names; 0: none
   gpu::Buffer indices_, chunks_, blocks_, constants_, block_kinds_;
   uint32_t indexed_records_ = 0;
 };

@@ -572,8 +572,11 @@ class RaycastBackend : public Backend {
     TRY_STATUS(check_bsdfs(view.palette()));
     TRY_STATUS(world::check_proxies(view.palette()));
     if (!reads_light(view.world(), knobs)) {
-      TRY(Frame traced, trace_picture(view, camera, knobs, sampling, width, height));
-      TRY_STATUS(finish_traced(view, inhabitants, camera, knobs, traced));
+      const bool meets_bodies = knobs.light_transport == LightTransport::whitted;
+      std::vector<shared::DrawnBox> boxes;
+      if (meets_bodies) boxes = drawn_bodies(view, inhabitants, camera, knobs, width, height);
+      TRY(Frame traced, trace_picture(view, camera, knobs, sampling, width, height, boxes));
+      TRY_STATUS(finish_traced(view, inhabitants, camera, knobs, traced, meets_bodies));
       return traced;
     }
     const auto start = Clock::now();
@@ -612,13 +615,11 @@ class RaycastBackend : public Backend {
     TRY_STATUS(textures_.follow(view.palette(), knobs));
     light_.follow(view, light, knobs.light_model);
     TRY_STATUS(sun_maps_.follow(view, shadows_, change, camera.position, knobs, sky.environment.sun_direction));
-    Inhabitants bodies = inhabitants;
-    bodies.particles = {};
-    const DrawnInhabitants boxes = drawn_inhabitants(view, bodies, camera, knobs, width, height);
+    const std::vector<shared::DrawnBox> boxes = drawn_bodies(view, inhabitants, camera, knobs, width, height);
     const Picture picture(view, sky, occupied, sun_rays, opaque.walker(), shadows_.stream().walker(), contours,
                           any_shape && !contours ? &shapes : nullptr, kinds ? &*kinds : nullptr, light_,
                           levels_.any() ? &levels_ : nullptr, sun_maps_, blockers ? &*blockers : nullptr, textures_,
-                          boxes.boxes, camera, knobs, width, height, frame.image);
+                          boxes, camera, knobs, width, height, frame.image);
     const double prepare_ms = ms_since(start);
     Spent total;
     std::mutex adding;

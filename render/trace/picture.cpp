@@ -98,6 +98,7 @@ class Fingerprint {
   void add_one(const world::Bands3<U>& v) {
     add(v.r, v.g, v.b);
   }
+  void add_one(const shared::DrawnBox& b) { add_bytes(&b, sizeof b); }
   void add_one(const world::WorldPoint& p) { add(p.voxel.x, p.voxel.y, p.voxel.z, p.fraction); }
   void add_bytes(const void* data, size_t size) {
     const auto* bytes = static_cast<const unsigned char*>(data);
@@ -107,8 +108,9 @@ class Fingerprint {
   uint64_t hash_ = 0;
 };
 
-std::string fingerprint(const world::World& w, const Camera& c) {
+std::string fingerprint(const world::World& w, const Camera& c, std::span<const shared::DrawnBox> bodies) {
   Fingerprint f;
+  for (const shared::DrawnBox& b : bodies) f.add(b);
   f.add(c.position, c.forward, c.vertical_fov, c.lens_radius, c.focus_distance);
   const PictureWindow& window = c.window;
   if (window != PictureWindow{}) f.add(window.x, window.y, window.whole_width, window.whole_height);
@@ -229,7 +231,8 @@ world::GridRay camera_ray(const Camera& camera, const PixelRays& rays, int x, in
 }
 
 world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs,
-                                   const Sampling& sampling, int width, int height) {
+                                   const Sampling& sampling, int width, int height,
+                                   std::span<const shared::DrawnBox> bodies) {
   TRY_STATUS(check(camera, knobs, width, height));
   const Clock::time_point start = Clock::now();
   std::shared_ptr<const world::SkyLight> made;
@@ -244,7 +247,7 @@ world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& c
   Film film(width, height);
   std::map<std::string, std::string> key = sampling.picture;  // what the film's samples depend on
   key["seed"] = std::to_string(sampling.seed);
-  if (!sampling.film.empty()) key["content"] = fingerprint(view.world(), camera);
+  if (!sampling.film.empty()) key["content"] = fingerprint(view.world(), camera, bodies);
   const RenderKnobs of_samples = without_effects(knobs);  // the rest comes after the samples
   for (const auto& row : render_knobs().rows())
     if (row.name != "spp" && row.name != "exposure") key["knob " + row.name] = row.get(of_samples);
@@ -255,9 +258,14 @@ world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& c
 
   const SeeThroughKinds kinds(view.palette());
   const bool straight = knobs.transparency != Transparency::opaque && kinds.called_for(view.store().census());
-  const TransportScene shared{
-      &scene, &lights, knobs, textures.empty() ? nullptr : &textures, nullptr, straight ? &kinds : nullptr};
-  Picture picture(shared, camera, sampling.seed, film);
+  const TransportScene of_threads{&scene,
+                                  &lights,
+                                  knobs,
+                                  textures.empty() ? nullptr : &textures,
+                                  nullptr,
+                                  straight ? &kinds : nullptr,
+                                  {bodies, camera.position}};
+  Picture picture(of_threads, camera, sampling.seed, film);
   Clock::time_point saved = Clock::now();
   const uint32_t wanted = static_cast<uint32_t>(knobs.spp);
   while (film.samples < wanted) {

@@ -12,8 +12,10 @@
 
 namespace render {
 
+/// bodies: relative to the camera; light_transport=whitted meets them wherever its rays go.
 world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs,
-                                   const Sampling& sampling, int width, int height);
+                                   const Sampling& sampling, int width, int height,
+                                   std::span<const shared::DrawnBox> bodies = {});
 
 /// The ray of one sample; lens and pixel from the sampler's first dimensions. `centre`: through the pixel's centre.
 world::GridRay camera_ray(const Camera& camera, const PixelRays& rays, int x, int y, const Sampler& sampler,

@@ -9,8 +9,10 @@
 ///   over several surfaces by density estimation
 #pragma once
 
+#include <span>
 #include <vector>
 
+#include "render/inhabitants.shared.h"
 #include "render/knobs.h"
 #include "render/trace/lights.h"
 #include "render/trace/volumes.h"
@@ -24,6 +26,12 @@ constexpr uint32_t kPixelDimension = 0, kLensDimension = 2, kHeroDimension = 4, 
 constexpr uint32_t kPickLight = 0, kOnLight = 1, kScatter = 3, kRoulette = 6, kFreePath = 7, kOcclusion = 9,
                    kShadowPath = 10;
 
+/// Boxes relative to the eye.
+struct TracedBodies {
+  std::span<const shared::DrawnBox> boxes;
+  world::WorldPoint eye;
+};
+
 class PhotonMap;
 class SeeThroughKinds;
 class TextureSet;
@@ -36,6 +44,7 @@ struct TransportScene {
   const TextureSet* textures = nullptr;          // null: all blocks are even
   const PhotonMap* photons = nullptr;            // of the sample at hand, where light_transport asks for them
   const SeeThroughKinds* see_through = nullptr;  // blocks that direct and ambient_occlusion look straight through
+  TracedBodies bodies{};                         // that rays of whitted meet
 };
 
 /// Light that goes straight from a light to a point: `value` is the share that arrives, the others as in Transmittance.

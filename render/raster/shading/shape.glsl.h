@@ -3,6 +3,7 @@
 #define LOAM_RENDER_RASTER_SHADING_SHAPE_GLSL_H
 #include "render/extract/face_record.shared.h"
 #include "render/raster/shading/surface.glsl.h"
+#include "render/raster/shape_quads.glsl.h"
 
 layout(binding = kBindChunks) uniform isamplerBuffer chunks;
 layout(binding = kBindShapeLit) uniform samplerBuffer shape_lit;
@@ -24,8 +25,9 @@ vec3 shape_fraction(ivec3 cell, vec3 hit) {
   return clamp(hit + picture.fraction.xyz - vec3(cell - picture.camera_voxel.xyz), vec3(0), vec3(1));
 }
 
-vec3 shape_radiance(uvec2 seen, vec3 ray, float t) {
-  const int at = int((seen.x & ~kSeenShape) * kQuadVectors);
+/// Of a face of the shape in a voxel, at a place in that.
+vec3 shape_radiance_at(uint quad, ivec3 cell, vec3 fraction, vec3 ray) {
+  const int at = int(quad * kQuadVectors);
   const vec4 normal = texelFetch(quads, at + 3);
   const uint block = floatBitsToUint(texelFetch(quads, at + 1).w);
   uint lit = floatBitsToUint(texelFetch(quads, at).w);
@@ -35,8 +37,6 @@ vec3 shape_radiance(uvec2 seen, vec3 ray, float t) {
   const vec3 size = abs(side);
   const uint axis = size.x >= size.y && size.x >= size.z ? 0u : size.y >= size.z ? 1u : 2u;
   const uint face = axis * 2u + (side[axis] > 0.0 ? 1u : 0u);
-  const ivec3 cell = shape_cell(seen);
-  const vec3 fraction = shape_fraction(cell, t * ray);
   const vec4 in_sun = texelFetch(shape_lit, int(2u * lit + 1u));
   bool visible = in_sun.w != 0.0;
   vec3 light = texelFetch(shape_lit, int(2u * lit)).rgb;
@@ -62,6 +62,10 @@ vec3 shape_radiance(uvec2 seen, vec3 ray, float t) {
   const vec3 emitted = emission_of(block) * texelFetch(quads, at + 2).w;
   if (kBsdf) return emitted + scattered_light(p, scatterer_of(block), light, sun);
   return albedo_of(block) * (light + sun * in_sun.rgb) + emitted;
+}
+vec3 shape_radiance(uvec2 seen, vec3 ray, float t) {
+  const ivec3 cell = shape_cell(seen);
+  return shape_radiance_at(seen.x & ~kSeenShape, cell, shape_fraction(cell, t * ray), ray);
 }
 
 #endif

@@ -4,10 +4,10 @@
 #ifndef LOAM_RENDER_RASTER_SHADING_SUN_BLOCKERS_GLSL_H
 #define LOAM_RENDER_RASTER_SHADING_SUN_BLOCKERS_GLSL_H
 #include "render/raster/shading/picture.glsl.h"
+#include "render/raster/shape_quads.glsl.h"
 #include "render/see_through.shared.h"
 
 layout(constant_id = kSpecSunBlockers) const bool kSunBlockers = false;
-layout(binding = kBindShapeQuads) uniform samplerBuffer quads;
 layout(binding = kBindBlockerRegions, std430) readonly buffer BlockerRegions { ivec4 blocker_regions[]; };
 layout(binding = kBindBlockerLeaves, std430) readonly buffer BlockerLeaves { uint blocker_leaves[]; };
 layout(binding = kBindBlockerCodes, std430) readonly buffer BlockerCodes { uint blocker_codes[]; };
@@ -44,16 +44,9 @@ uint blocker_at(ivec3 voxel, int region, out int size) {
 
 /// Whether a ray from the origin meets the shape whose voxel's corner is there. What it starts on it doesn't meet.
 bool meets_shape(uint first, vec3 corner, vec3 direction) {
-  const uint count = floatBitsToUint(texelFetch(quads, int(first * kQuadVectors) + 7).w);
-  for (uint face = first; face < first + count; ++face) {
-    const int at = int(face * kQuadVectors);
-    const vec4 along_u = texelFetch(quads, at + 4), along_v = texelFetch(quads, at + 5),
-               plane = texelFetch(quads, at + 6);
-    const float t = (dot(plane.xyz, corner) + plane.w) / dot(plane.xyz, direction);
-    const vec3 place = t * direction - corner;
-    const vec2 on = vec2(dot(place, along_u.xyz), dot(place, along_v.xyz)) - vec2(along_u.w, along_v.w);
-    if (t > 1e-3 && all(greaterThanEqual(on, vec2(0))) && all(lessThanEqual(on, vec2(1)))) return true;
-  }
+  const uint end = first + faces_of_shape(first);
+  for (uint face = first; face < end; ++face)
+    if (meet_face(face, corner, direction) > 1e-3) return true;
   return false;
 }
 
@@ -68,8 +61,8 @@ vec3 sun_let_through(const ivec3 start, const vec3 fraction) {
   for (int steps = 0; steps < 8192; ++steps) {
     int size;
     uint code = blocker_at(voxel, place, size);
-    if (code >= kBlockerShape) {
-      if (meets_shape(code & 0x7fffu, vec3(voxel - start) - fraction, direction)) return vec3(0);
+    if (code >= kShapeCode) {
+      if (meets_shape(code - kShapeCode, vec3(voxel - start) - fraction, direction)) return vec3(0);
       code = 0u;
       size = 1;
     }
@@ -97,7 +90,8 @@ vec3 sun_let_through(const ivec3 start, const vec3 fraction) {
     voxel[axis] = up[axis] ? planes[axis] : planes[axis] - 1;
     if (voxel >> 7 == region) continue;
     region = voxel >> 7;
-    if (any(lessThan(region, blockers_low.xyz)) || any(greaterThan(region, blockers_high.xyz))) break;
+    // Out of all regions it is in the air, once it has left what it was in.
+    if (medium == 0u && (any(lessThan(region, blockers_low.xyz)) || any(greaterThan(region, blockers_high.xyz)))) break;
     place = find_blocker_region(region);
   }
   return through * absorbed_along(blocker_kinds[medium].absorption.xyz, 1e30);

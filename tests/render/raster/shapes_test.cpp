@@ -18,17 +18,6 @@ namespace {
 
 constexpr int kWidth = 480, kHeight = 270;
 
-world::BlockId shaped(world::World& w, const std::string& proxy, world::Ratio3 albedo) {
-  world::Block block;
-  block.name = "shaped_" + proxy;
-  block.albedo = albedo;
-  block.opaque = false;
-  block.proxy = proxy;
-  auto id = w.palette->add(block);
-  CHECK(id.ok());
-  return *id;
-}
-
 /// Every shape twice on a floor of stone, beside each other and beside walls; a garden of plants, a fence round it.
 world::World garden(world::VoxelPos offset = {}) {
   world::World w(world::standard_blocks());

@@ -18,6 +18,18 @@ inline world::BlockId block(const world::World& w, const char* name) {
   return *id;
 }
 
+/// A block of the shape, not opaque.
+inline world::BlockId shaped(world::World& w, const std::string& proxy, world::Ratio3 albedo) {
+  world::Block block;
+  block.name = "shaped_" + proxy;
+  block.albedo = albedo;
+  block.opaque = false;
+  block.proxy = proxy;
+  auto id = w.palette->add(block);
+  CHECK(id.ok());
+  return *id;
+}
+
 inline world::VoxelBox box_at(world::VoxelPos offset, world::VoxelPos low, world::VoxelPos high) {
   return {offset + low, offset + high};
 }

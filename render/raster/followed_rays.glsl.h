@@ -1,0 +1,161 @@
+// What a bent or mirrored ray shows.
+#ifndef LOAM_RENDER_RASTER_FOLLOWED_RAYS_GLSL_H
+#define LOAM_RENDER_RASTER_FOLLOWED_RAYS_GLSL_H
+#include "render/bsdf/directions.shared.h"
+#include "render/raster/block_grid.glsl.h"
+#include "render/raster/bodies.glsl.h"
+#include "render/raster/shading/mesh_first.glsl.h"
+#include "render/raster/shape_quads.glsl.h"
+
+/// What ends a straight part of a ray, but opaque blocks.
+const uint kEndsOnSky = 0u, kEndsOnMesh = 1u, kEndsOnBody = 2u, kEndsOnShape = 3u;
+struct StraightEnd {
+  float t;  // 1e30: the sky
+  uint what, index;
+  vec3 radiance;  // of a body
+};
+
+/// A shape may begin in the very plane in which a ray comes into its voxel, m.
+const float kFlush = 1e-4;
+
+/// Of what isn't found voxel by voxel.
+StraightEnd straight_end(BlockWalk w) {
+  StraightEnd end;
+  end.t = 1e30;
+  end.what = kEndsOnSky;
+  if (kMeshes) {  // one condition each: specialised, it takes all that it holds out of the shader
+    end.index = first_mesh(w.start, w.fraction, w.direction, end.t);
+    if (end.index != kNoTriangle) end.what = kEndsOnMesh;
+  }
+  if (kBodies) {
+    const BodyMet body = first_body(w.start, w.fraction, w.direction);
+    if (body.t < end.t) {
+      end.t = body.t;
+      end.what = kEndsOnBody;
+      end.radiance = body.radiance;
+    }
+  }
+  return end;
+}
+vec3 end_radiance(StraightEnd end, BlockWalk w) {
+  if (kShapeCodes) {
+    if (end.what == kEndsOnShape)
+      return shape_radiance_at(end.index, w.voxel,
+                               clamp(w.fraction + end.t * w.direction - vec3(w.voxel - w.start), vec3(0), vec3(1)),
+                               w.direction);
+  }
+  if (kMeshes) {
+    if (end.what == kEndsOnMesh) return first_mesh_radiance(end.index, w.start, w.fraction, w.direction, end.t);
+  }
+  return end.radiance;
+}
+
+/// What a ray shows that starts in a medium, as the eye sees it: surfaces shaded by face_radiance(), layers before them
+/// straight on, or with `bends` refracted by Snell's law. What layers mirror is the sky. Shapes of blocks, triangles of
+/// meshes and bodies end it as surfaces do; particles don't.
+vec3 followed_radiance(ivec3 voxel, vec3 fraction, vec3 direction, uint medium, bool bends) {
+  vec3 added = vec3(0), through = vec3(1);
+  const float n_eye = layer_blocks[medium].absorption.w;
+  float last = 0.0;
+  BlockWalk w = begin_walk(voxel, fraction, direction);
+  int interfaces = 0;
+  StraightEnd end = straight_end(w);
+  for (int steps = 0; steps < 4096; ++steps) {
+    if (kMeshes || kBodies) {
+      if (end.t <= w.t) break;
+    }
+    int size;
+    uint code = block_at(w.voxel, w.place, size);
+    uint shape = kNoQuad;
+    if (kShapeCodes && code >= kShapeCode) {
+      shape = code - kShapeCode;
+      code = 0u;
+      size = 1;
+    }
+    const uint block = code_block(code), level = code_level(code);
+    uint kind = block_kinds[2u * code];
+    LiquidTop top;
+    top.ahead = false;
+    if (kLiquidLevels && level < 16u) {
+      top = liquid_top(w, level);
+      if (!top.liquid) kind = 0u;
+      size = 1;
+    }
+    if (kind != medium && w.axis < 0) {
+      // The start is rounded into another block: nothing lies between.
+      if (kind == kKindSolid) return added;
+      medium = kind;
+    } else if (kind != medium) {
+      through *= absorbed_along(layer_blocks[medium].absorption.xyz, w.t - last);
+      last = w.t;
+      if (kind == kKindSolid)
+        return added + through *
+                           radiance_scale(layer_blocks[layers.eye.x].absorption.w, layer_blocks[medium].absorption.w) *
+                           face_radiance(crossed_point(w, block));
+      const uint owner = max(kind, medium);  // kinds are in the order of ids
+      const SeeThroughBlock of = layer_blocks[owner];
+      const float n_near = layer_blocks[medium].absorption.w, n_far = layer_blocks[kind].absorption.w;
+      const InterfaceShares shares =
+          interface_shares(of, bends ? n_near : n_eye, n_near, n_far, abs(w.direction[w.axis]));
+      vec3 mirrored = w.direction;
+      mirrored[w.axis] = -mirrored[w.axis];
+      const bool total =
+          bends && n_near != n_far && of.matte.w == float(kSeeThroughDielectric) && shares.passed == vec3(0);
+      if (!total) added += through * shares.mirrored * sky_radiance(mirrored);
+      if (kLayerMatte && shares.matte > 0.0)
+        added += through * shares.matte * face_radiance(crossed_point(w, uint(of.block.x)));
+      else if (owner == kind)
+        added += through * of.emitted.xyz;
+      if (++interfaces > 32) return added;
+      if (bends && n_near != n_far) {
+        const FacePoint at = crossed_point(w, block);
+        vec3 normal = vec3(0);
+        normal[w.axis] = w.direction[w.axis] >= 0.0 ? -1.0 : 1.0;
+        ivec3 before = at.front, beyond = w.voxel;
+        vec3 place = at.fraction;
+        place[w.axis] = 1.0 - place[w.axis];
+        vec3 place_before = at.fraction;
+        if (kLiquidLevels && w.level != 0u) {
+          before = beyond;
+          place.y = place_before.y = float(w.level) / 16.0;
+        }
+        if (total) {
+          w = begin_walk(before, place_before, mirrored);
+        } else {
+          const vec3 bent = refracted_direction(-w.direction, normal, n_far / n_near);
+          w = begin_walk(beyond, place, bent);
+          through *= shares.passed;
+          medium = kind;
+        }
+        last = 0.0;
+        end = straight_end(w);
+        continue;
+      }
+      through *= shares.passed;
+      medium = kind;
+      if (all(lessThan(through, vec3(1e-3)))) return added;
+    }
+    if (kShapeCodes) {
+      if (shape != kNoQuad) {
+        const uint quad = nearest_face(shape, faces_of_shape(shape), vec3(w.voxel - w.start) - w.fraction, w.direction,
+                                       -kFlush, end.t);
+        if (quad != kNoQuad) {
+          end.what = kEndsOnShape;
+          end.index = quad;
+          break;
+        }
+      }
+    }
+    if (kLiquidLevels && cross_top(w, top, level)) continue;
+    if (!leave_cube(w, size)) break;
+  }
+  if (end.what != kEndsOnSky)
+    return added + through * absorbed_along(layer_blocks[medium].absorption.xyz, end.t - last) *
+                       radiance_scale(layer_blocks[layers.eye.x].absorption.w, layer_blocks[medium].absorption.w) *
+                       end_radiance(end, w);
+  through *= absorbed_along(layer_blocks[medium].absorption.xyz, 1e30);
+  return added + through * radiance_scale(layer_blocks[layers.eye.x].absorption.w, layer_blocks[medium].absorption.w) *
+                     sky_radiance(w.direction);
+}
+
+#endif
