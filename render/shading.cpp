@@ -43,9 +43,10 @@ world::Irradiance3 sky_irradiance(const SkyView& sky, const world::Vec3d& n) {
 }
 
 Rgb normal_radiance(const Shading& shading, const SkyView& view, world::BlockId block, const world::Vec3d& normal,
-                    bool sun_visible) {
+                    bool sun_visible, const Rgb* lit) {
   const world::Environment& e = view.environment;
-  const world::Irradiance3 sky = sky_irradiance(view, normal);
+  const world::Irradiance3 sky =
+      lit ? world::Irradiance3{lit->r * kPi, lit->g * kPi, lit->b * kPi} : sky_irradiance(view, normal);
   const float sun = sun_visible ? static_cast<float>(std::max(0.0, glm::dot(e.sun_direction, normal))) : 0.0f;
   const Shading::Material& m = shading.materials[block];
   const auto radiance = [&](float of_sky, float of_sun, int c) {

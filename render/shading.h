@@ -41,9 +41,10 @@ struct Shading {
   }
 };
 
-/// The same on a surface of any unit normal.
+/// The same on a surface of any unit normal. lit: radiance of an albedo of 1 there without the sun; null: under the
+/// sky.
 Rgb normal_radiance(const Shading& shading, const SkyView& sky, world::BlockId block, const world::Vec3d& normal,
-                    bool sun_visible);
+                    bool sun_visible, const Rgb* lit = nullptr);
 
 /// Irradiance of the whole sky and ground on a face of the voxel grid: closed form, or the table of a SkyLight.
 world::Irradiance3 sky_irradiance(const SkyView& sky, int face);

@@ -19,25 +19,6 @@ constexpr float kPi = 3.14159265f;
 /// Transparent voxels behind which a wall is looked for, where a face has no irradiance of its own.
 constexpr int kMostDepth = 16;
 
-uint32_t code_of(const world::LightSample& s) {
-  uint32_t code = 0;
-  for (int b = 0; b < 3; ++b)
-    code |= uint32_t{s.sky[static_cast<size_t>(b)]} << (4 * b) | uint32_t{s.block[static_cast<size_t>(b)]}
-                                                                     << (12 + 4 * b);
-  return code;
-}
-
-uint32_t code_of(const world::SurfaceIrradiance& irradiance, VoxelPos voxel, int face) {
-  const int towards = world::opposite_face(face);
-  VoxelPos before = voxel + world::face_step(face);
-  const VoxelPos inward = world::face_step(towards);
-  // A face of glass or water has what the wall behind it has.
-  for (int depth = 0; depth < kMostDepth; ++depth, before = before + inward)
-    if (const world::Irradiance3* e = irradiance.find(before, towards))
-      return world::Rgb9e5::from({e->r, e->g, e->b}).code;
-  return SurfaceLight::kUnknown;
-}
-
 /// What one chunk adds.
 struct ChunkLight {
   std::vector<uint16_t> leaf;  // index_in_chunk
@@ -72,6 +53,23 @@ void add_leaf(const LeafFaces& faces, LeafPos l, ChunkLight& chunk, Code code) {
 }
 
 }  // namespace
+
+uint32_t light_code(const world::LightSample& s) {
+  uint32_t code = 0;
+  for (int b = 0; b < 3; ++b)
+    code |= uint32_t{s.sky[static_cast<size_t>(b)]} << (4 * b) | uint32_t{s.block[static_cast<size_t>(b)]}
+                                                                     << (12 + 4 * b);
+  return code;
+}
+
+uint32_t wall_code(const world::SurfaceIrradiance& irradiance, VoxelPos before, int face, int most) {
+  const int towards = world::opposite_face(face);
+  const VoxelPos inward = world::face_step(towards);
+  for (int depth = 0; depth < most; ++depth, before = before + inward)
+    if (const world::Irradiance3* e = irradiance.find(before, towards))
+      return world::Rgb9e5::from({e->r, e->g, e->b}).code;
+  return SurfaceLight::kUnknown;
+}
 
 bool SurfaceLight::follow(const world::WorldView& view, const WorldLight& w, LightModel model) {
   const Kind kind = model == LightModel::none                   ? Kind::none
@@ -141,7 +139,7 @@ bool SurfaceLight::patch(const world::WorldView& view, const WorldLight& w, cons
     if (region && region->leaf_any(l))
       if (const LeafFaces faces = extract_leaf_faces(source, &reader, l); !faces.is_none())
         add_leaf(faces, l, made.of_leaf,
-                 [&](VoxelPos v, int face) { return code_of(w.levels->sample(v + world::face_step(face))); });
+                 [&](VoxelPos v, int face) { return light_code(w.levels->sample(v + world::face_step(face))); });
     set_leaf(l, made);
   }
   return unused_codes_ <= codes_.size() / 2 + 4096;
@@ -201,9 +199,12 @@ void SurfaceLight::rebuild(const world::WorldView& view, const WorldLight& w) {
         const LeafPos l = leaf_in_chunk(chunks[c], faces.leaf[i]);
         if (kind_ == Kind::levels) {
           add_leaf(faces.faces[i], l, made[c],
-                   [&](VoxelPos v, int face) { return code_of(w.levels->sample(v + world::face_step(face))); });
+                   [&](VoxelPos v, int face) { return light_code(w.levels->sample(v + world::face_step(face))); });
         } else {
-          add_leaf(faces.faces[i], l, made[c], [&](VoxelPos v, int face) { return code_of(*w.irradiance, v, face); });
+          // A face of glass or water has what the wall behind it has.
+          add_leaf(faces.faces[i], l, made[c], [&](VoxelPos v, int face) {
+            return wall_code(*w.irradiance, v + world::face_step(face), face, kMostDepth);
+          });
         }
       }
     }
@@ -255,8 +256,7 @@ SurfaceLightDecoder::SurfaceLightDecoder(SurfaceLight::Kind of, const Shading& s
   for (size_t face = 0; face < 6; ++face) sky_lit[face] = shading.sky_lit[face];
 }
 
-Rgb SurfaceLightDecoder::operator()(uint32_t code, int face) const {
-  const Rgb& whole = sky_lit[static_cast<size_t>(face)];
+Rgb SurfaceLightDecoder::under(uint32_t code, const Rgb& whole) const {
   if (kind == SurfaceLight::Kind::none || code == SurfaceLight::kUnknown) return whole;
   if (kind == SurfaceLight::Kind::irradiance) {
     const glm::vec3 e = world::Rgb9e5{code}.value() / kPi;

@@ -58,6 +58,13 @@ class SurfaceLight {
     return codes_[leaf.first + leaf.before[face][slice] + static_cast<uint32_t>(std::popcount(below))];
   }
 
+  /// Of a shape in its cell: of the face that looks as it does, or of any, since all have the light of the cell.
+  uint32_t code_in_cell(world::VoxelPos cell, int face) const {
+    uint32_t found = code(cell, face);
+    for (int f = 0; f < world::kFaces && found == kUnknown; ++f) found = code(cell, f);
+    return found;
+  }
+
   const std::unordered_map<world::RegionPos, uint32_t, world::PosHash>& places() const { return places_; }
   const std::vector<uint32_t>& leaf_of() const { return leaf_of_; }  // [places][4096] 1 + place in leaves(), 0: none
   const std::vector<SurfaceLightLeaf>& leaves() const { return leaves_; }
@@ -98,8 +105,15 @@ struct SurfaceLightDecoder {
   std::array<Rgb, 6> sky_lit{};          // by face: under the whole sky
 
   SurfaceLightDecoder(SurfaceLight::Kind kind, const Shading& shading);
-  Rgb operator()(uint32_t code, int face) const;
+  Rgb operator()(uint32_t code, int face) const { return under(code, sky_lit[static_cast<size_t>(face)]); }
+  /// Of a surface that has this under the whole sky.
+  Rgb under(uint32_t code, const Rgb& whole) const;
 };
+
+/// Of levels.
+uint32_t light_code(const world::LightSample& sample);
+/// Of the first wall from a voxel on against the direction of `face` whose irradiance is known, within so many voxels.
+uint32_t wall_code(const world::SurfaceIrradiance& irradiance, world::VoxelPos before, int face, int most);
 
 /// Fails where a picture asks for light that nothing has made for the world.
 world::Status check_light(const WorldLight& light, const RenderKnobs& knobs);

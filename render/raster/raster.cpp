@@ -130,6 +130,11 @@ class Raster : public RasterBackend {
     light_.follow(view, light, knobs.light_model);
     TRY(const uint64_t light_bytes, rasterizer_->light_grid().follow(rasterizer_->device(), light_));
     bytes += light_bytes;
+    raster::TriangleLight& of_triangles = rasterizer_->triangle_light();
+    of_triangles.binding_limit = rasterizer_->binding_limit;
+    TRY(const uint64_t triangle_light_bytes,
+        of_triangles.follow(rasterizer_->device(), view, light, light_.kind(), rasterizer_->triangles()));
+    bytes += triangle_light_bytes;
     TRY_STATUS(
         sun_maps_.follow(view, shadows_, shadows_changed_, camera.position, knobs, sky.environment.sun_direction));
     TRY(const uint64_t map_bytes, rasterizer_->follow_sun_maps(sun_maps_));
@@ -186,6 +191,8 @@ class Raster : public RasterBackend {
     if (blockers.any()) frame.report.work.push_back({"tinted_shadows", blockers.bytes()});
     frame.report.warnings = rasterizer_->device().warnings();
     for (const std::string& dropped : rasterizer_->triangles().dropped()) frame.report.warnings.push_back(dropped);
+    if (!of_triangles.dropped().empty()) frame.report.warnings.push_back(of_triangles.dropped());
+    if (of_triangles.bytes() > 0) frame.report.work.push_back({"triangle_light", of_triangles.bytes()});
     if (!rasterizer_->warning().empty()) frame.report.warnings.push_back(rasterizer_->warning());
     frame.report.ms = ms_since(start);
     return frame;

@@ -67,6 +67,8 @@ SHARED_CONST uint kBindMirrorStrips = 40;    // vec4[]   mirror_stencil_pass.h: 
 SHARED_CONST uint kBindRays = 41;            // vec4 texels: corner, step_x and step_y of the picture
 SHARED_CONST uint kBindSecondIndices = 42;   // uint[]   six a face that the second pass draws
 SHARED_CONST uint kBindDrawCounts = 43;      // uint[]   by page: draws of the second pass that draw anything
+SHARED_CONST uint kBindVoxelLeaves = 44;     // ivec4[]  light around triangles: hash table of leaves and place + 1
+SHARED_CONST uint kBindVoxelCodes = 45;      // uint[]   512 a leaf, or six times that: triangle_light.h
 
 /// Codes of voxels, in the grids of blockers and of blocks, from here on: a shape, and the number of its first quad.
 SHARED_CONST uint kShapeCode = 0x8000u;
@@ -150,13 +152,14 @@ struct PictureConstants {
   vec4 sun_irradiance;    // of a plane that faces it; w: occlusion_distance, m
   vec4 eye_absorption;    // 1/m, of what the camera is in; w: 1 where it is any
   SkyModel sky;           // of kSpecSkyModel
-  ivec4 sun_cells;  // SunHeights: blocks along u (0: none), along v; main axis, +4 where rays go down it; k of the
-                    // camera's voxel
-  ivec4 sun_base;   // cell of the corner of the camera's voxel: u, v
-  vec4 sun_slope;   // of u and v along the main axis; where in its cell the corner lies
-  uvec4 meshes;     // of the triangles: nodes; where triangles, vertices and materials begin
-  ivec4 mesh_base;  // the voxel that boxes are relative to; w: the largest coordinate of one, a float's bits
-  vec4 screen;      // x: width, y: height, z: metres at view depth 1 that are 1 / kVertexSteps pixel
+  ivec4 sun_cells;    // SunHeights: blocks along u (0: none), along v; main axis, +4 where rays go down it; k of the
+                      // camera's voxel
+  ivec4 sun_base;     // cell of the corner of the camera's voxel: u, v
+  vec4 sun_slope;     // of u and v along the main axis; where in its cell the corner lies
+  uvec4 meshes;       // of the triangles: nodes; where triangles, vertices and materials begin
+  ivec4 mesh_base;    // the voxel that boxes are relative to; w: the largest coordinate of one, a float's bits
+  uvec4 voxel_light;  // of triangles: slots of the table less 1; the code of voxels that aren't kept
+  vec4 screen;        // x: width, y: height, z: metres at view depth 1 that are 1 / kVertexSteps pixel
 };
 
 /// What the temporal pass is told.
@@ -223,7 +226,7 @@ SHARED_CONST uint kQuadVectors = 9u;
 SHARED_CONST uint kNoQuad = 0xffffffffu;
 
 #ifdef __cplusplus
-static_assert(sizeof(PictureConstants) == (13 + 12 + 14 + 3 + 7 + 2 + 18) * 16);
+static_assert(sizeof(PictureConstants) == (13 + 12 + 14 + 3 + 7 + 2 + 19) * 16);
 }  // namespace render::raster
 #endif
 #endif

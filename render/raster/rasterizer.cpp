@@ -171,6 +171,7 @@ world::Status Rasterizer::bind_shared(const Drawing& drawing) {
   lighting_.describe(drawing.view, drawing.camera, drawing.knobs, seed, constants);
   sun_heights_.describe(drawing.camera, constants);
   triangles_.describe(constants);
+  triangle_light_.describe(constants);
   TRY_STATUS(context().fill(picture_, &constants, sizeof constants, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT));
   bindings_.bind(kBindPicture, picture_);
   const vec4 rays[] = {constants.corner, constants.step_x, constants.step_y};
@@ -193,6 +194,8 @@ world::Status Rasterizer::bind_shared(const Drawing& drawing) {
   bind_if_made(kBindLighting, lighting_.words());
   bind_if_made(kBindSeenLuminaires, lighting_.seen());
   bind_if_made(kBindMeshes, triangles_.texels());
+  bind_if_made(kBindVoxelLeaves, triangle_light_.leaves());
+  bind_if_made(kBindVoxelCodes, triangle_light_.codes());
   if (!triangles_.empty()) {
     std::vector<vec4> sky;
     static_assert(kSkyAngles == world::SkyLight::kAngles);

@@ -13,6 +13,7 @@
 #include "render/raster/shadow_grid.h"
 #include "render/raster/sun_blockers.h"
 #include "render/raster/sun_heights.h"
+#include "render/raster/triangle_light.h"
 #include "render/raster/tree_pool.h"
 
 namespace render::raster {
@@ -53,6 +54,8 @@ class Rasterizer {
   /// Triangles beside the faces: those of the world's meshes, and of its smooth surface.
   DrawnTriangles& triangles() { return triangles_; }
   const DrawnTriangles& triangles() const { return triangles_; }
+  /// The world's light on them.
+  TriangleLight& triangle_light() { return triangle_light_; }
   /// Sends the texels where they have a new version. Returns the bytes sent.
   world::Result<uint64_t> follow_textures(const TextureSet& textures);
   /// Of the numbers by which lights are sampled.
@@ -115,6 +118,7 @@ class Rasterizer {
   SunBlockers sun_blockers_;
   Lighting lighting_;
   DrawnTriangles triangles_;
+  TriangleLight triangle_light_;
   gpu::Buffer sky_table_;  // for their light
   gpu::Buffer texture_blocks_, texels_;
   uint64_t textures_version_ = 0;

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <map>
+#include <unordered_set>
 
 #include <fmt/format.h>
 #include <glm/mat3x3.hpp>
@@ -122,9 +123,9 @@ world::Status add_smooth_surface(const world::WorldView& view, SurfaceMethod met
 }
 
 void DrawnTriangles::clear() {
-  const uint64_t kept_limit = binding_limit;
+  const uint64_t kept_limit = binding_limit, version = version_;
   *this = {};
-  binding_limit = kept_limit;
+  binding_limit = kept_limit, version_ = version + 1;
 }
 
 world::Result<uint64_t> DrawnTriangles::set(gpu::Device& device, const TriangleList& list, const std::string& what) {
@@ -247,6 +248,56 @@ double DrawnTriangles::distance(const world::WorldPoint& from, double most) cons
     ++i;
   }
   return most;
+}
+
+std::vector<world::LeafPos> DrawnTriangles::leaves_around(std::span<const world::RegionPos> regions) const {
+  const std::unordered_set<world::RegionPos, world::PosHash> wanted(regions.begin(), regions.end());
+  std::unordered_set<world::LeafPos, world::PosHash> found;
+  constexpr double kAround = 1.25;  // shading looks at middles of voxels less than 1 from a point at most 0.25 off
+  for (const auto& corners : corners_) {
+    const Vec3d a(corners[0]), b(corners[1]), c(corners[2]), normal = cross(b - a, c - a);
+    const Vec3d low = glm::min(glm::min(a, b), c), high = glm::max(glm::max(a, b), c);
+    // A cube of 2^level leaves, relative to the base: whether the triangle's box and its plane come near; and its
+    // parts.
+    const auto add = [&](const auto& self, const world::LeafPos& corner, int level) -> void {
+      if (level == 0 && found.contains(corner)) return;
+      const double half = 0.5 * world::kLeafSize * (1 << level);
+      const VoxelPos first = world::voxel_from_leaf(corner);
+      const Vec3d middle =
+          Vec3d(double(first.x) - base_.x, double(first.y) - base_.y, double(first.z) - base_.z) + half;
+      const double near = half + kAround;
+      for (int k = 0; k < 3; ++k)
+        if (middle[k] + near < low[k] || middle[k] - near > high[k]) return;
+      if (std::abs(dot(normal, middle - a)) > near * (std::abs(normal.x) + std::abs(normal.y) + std::abs(normal.z)))
+        return;
+      if (level == 0) {
+        found.insert(corner);
+        return;
+      }
+      const int step = 1 << (level - 1);
+      for (int i = 0; i < 8; ++i)
+        self(self, corner + world::LeafPos{(i & 1) * step, (i >> 1 & 1) * step, (i >> 2) * step}, level - 1);
+    };
+    constexpr int kRegionLevel = std::countr_zero(static_cast<unsigned>(world::kRegionLeaves));
+    const auto region_of = [&](const Vec3d& p, double off) {
+      const world::WorldPoint at = world::WorldPoint{base_, Vec3d(0.0)} + (p + off);
+      return world::region_from_voxel(at.voxel);
+    };
+    const world::RegionPos first = region_of(low, -kAround), last = region_of(high, kAround);
+    double count = 1;
+    for (int k = 0; k < 3; ++k) count *= double(last[k]) - first[k] + 1;
+    if (count > double(regions.size())) {
+      for (const world::RegionPos& r : regions) add(add, world::leaf_from_region(r), kRegionLevel);
+      continue;
+    }
+    for (int x = first.x; x <= last.x; ++x)
+      for (int y = first.y; y <= last.y; ++y)
+        for (int z = first.z; z <= last.z; ++z)
+          if (const world::RegionPos r{x, y, z}; wanted.contains(r)) add(add, world::leaf_from_region(r), kRegionLevel);
+  }
+  std::vector<world::LeafPos> all(found.begin(), found.end());
+  std::sort(all.begin(), all.end());
+  return all;
 }
 
 void DrawnTriangles::describe(PictureConstants& picture) const {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -56,6 +57,8 @@ class DrawnTriangles {
 
   bool empty() const { return tree_.nodes.empty(); }
   uint64_t size() const { return tree_.order.size(); }
+  /// Differs between any two lists that were set.
+  uint64_t version() const { return version_; }
   uint64_t bytes() const { return bytes_; }
   const gpu::Buffer& texels() const { return texels_; }
   const std::vector<std::string>& dropped() const { return dropped_; }
@@ -68,6 +71,8 @@ class DrawnTriangles {
   /// How far the nearest is, at least; `most` where none is nearer than that, m.
   double distance(const world::WorldPoint& from, double most) const;
   void describe(PictureConstants& picture) const;
+  /// Leaves of these regions whose light shading may ask for: all within a metre of a triangle, and some more. Sorted.
+  std::vector<world::LeafPos> leaves_around(std::span<const world::RegionPos> regions) const;
   /// Bytes that the buffer may have, at most the device's limit; tests lower it.
   uint64_t binding_limit = ~uint64_t{0};
 
@@ -77,7 +82,7 @@ class DrawnTriangles {
   TriangleTree tree_;
   std::vector<std::array<glm::vec3, 3>> corners_;                   // in the tree's order, relative to the base
   uint32_t triangles_at_ = 0, vertices_at_ = 0, materials_at_ = 0;  // texels
-  uint64_t bytes_ = 0;
+  uint64_t bytes_ = 0, version_ = 0;
   gpu::Buffer texels_;
   std::vector<std::string> dropped_;
 };

@@ -12,6 +12,7 @@
 #include "render/light/shadow_voxels.h"
 #include "render/light/sun_maps.h"
 #include "render/light/surface_light.h"
+#include "render/light/voxel_light.h"
 #include "render/bsdf/bsdf.h"
 #include "render/textures/texture_set.h"
 #include "render/inhabitants.h"
@@ -70,9 +71,10 @@ class Picture {
   Picture(const world::WorldView& view, const SkyView& sky, const RayStream& occupied,
           const world::ParallelRays& sun_rays, const MaskWalker& opaque, const MaskWalker& shadows,
           const world::StoreContours::Followed* contours, const world::BlockShapes* shapes,
-          const SeeThroughKinds* kinds, const SurfaceLight& light, const LiquidLevels* levels, const SunMaps& sun_maps,
-          const LightBlockers* blockers, const TextureSet& textures, std::span<const shared::DrawnBox> boxes,
-          const Camera& camera, const RenderKnobs& knobs, int width, int height, Image& image)
+          const SeeThroughKinds* kinds, const SurfaceLight& light, const WorldLight& of_world,
+          const LiquidLevels* levels, const SunMaps& sun_maps, const LightBlockers* blockers,
+          const TextureSet& textures, std::span<const shared::DrawnBox> boxes, const Camera& camera,
+          const RenderKnobs& knobs, int width, int height, Image& image)
       : view_(view),
         sky_(sky),
         camera_(camera.position),
@@ -85,6 +87,7 @@ class Picture {
         shadows_(shadows),
         shading_(sky, view.palette()),
         light_(light),
+        voxels_(view, of_world, light.kind()),
         levels_(levels),
         sun_maps_(sun_maps),
         textures_(textures.empty() ? nullptr : &textures),
@@ -181,7 +184,9 @@ class Picture {
     if (knobs_.sun_shadow == SunShadow::ray) cast_shadows(rays, hits, normals, on_shape, count, sunlit, spent);
     if (knobs_.sun_shadow == SunShadow::sky_light)
       for (int i = 0; i < count; ++i)
-        if (hits[i].hit()) sunlit[i] = sees_whole_sky(code_at(hits[i], on_shape[i]));
+        if (hits[i].hit())
+          sunlit[i] = contours_ && normals[i] != Vec3d(0.0) ? light_on_contour(rays[i], hits[i], normals[i]).whole_sky
+                                                            : sees_whole_sky(code_at(hits[i], on_shape[i]));
     for (int i = 0; i < count; ++i) sun[i] = sunlit[i] ? 1.0f : 0.0f;
     if (knobs_.sun_shadow == SunShadow::map)
       for (int i = 0; i < count; ++i)
@@ -203,8 +208,7 @@ class Picture {
         pixel = shape_radiance(hits[i], on_shape[i], direction, blocks.get(hits[i].voxel),
                                blockers_ ? tint[i] * sun[i] : Rgb{sun[i], sun[i], sun[i]});
       else if (contours_ && normals[i] != Vec3d(0.0))
-        pixel = normal_radiance(shading_, sky_, blocks.get(contours_->walker.matter_voxel(hits[i].voxel, normals[i])),
-                                normals[i], sunlit[i]);
+        pixel = contour_radiance(rays[i], hits[i], normals[i], sunlit[i], blocks);
       else {
         const BlockId block = blocks.get(hits[i].voxel);
         const Textured texture = textures_ ? texture_at(rays[i], hits[i], block) : Textured{};
@@ -225,6 +229,22 @@ class Picture {
                  spent);
     }
     spent.shade_ms += ms_since(start);
+  }
+
+  /// Off the contour by as much as may lie before it, as the rasterizer's triangles.
+  PointLight light_on_contour(const GridRay& ray, const GridHit& hit, const Vec3d& normal) const {
+    const world::Irradiance3 e = sky_irradiance(sky_, normal);
+    constexpr float kPi = 3.14159265f;
+    return light_at_point(decoder_, knobs_.light_interpolation, voxels_,
+                          camera_ + (hit.t * ray.direction + world::kCrack * normal), normal,
+                          {e.r / kPi, e.g / kPi, e.b / kPi});
+  }
+  Rgb contour_radiance(const GridRay& ray, const GridHit& hit, const Vec3d& normal, bool sunlit,
+                       LeafCache& blocks) const {
+    const BlockId block = blocks.get(contours_->walker.matter_voxel(hit.voxel, normal));
+    if (light_.kind() == SurfaceLight::Kind::none) return normal_radiance(shading_, sky_, block, normal, sunlit);
+    const Rgb lit = light_on_contour(ray, hit, normal).lit;
+    return normal_radiance(shading_, sky_, block, normal, sunlit, &lit);
   }
 
   /// A body that a pixel's ray meets before anything that it can't see through.
@@ -302,10 +322,7 @@ class Picture {
   }
   /// Of a face; of a shape that of its cell, which all the faces of its voxel have.
   uint32_t code_at(const GridHit& hit, const ProxyHit& on_shape) const {
-    uint32_t code = light_.code(hit.voxel, hit.face);
-    for (int f = 0; f < world::kFaces && on_shape.part != kNoPart && code == SurfaceLight::kUnknown; ++f)
-      code = light_.code(hit.voxel, f);
-    return code;
+    return on_shape.part == kNoPart ? light_.code(hit.voxel, hit.face) : light_.code_in_cell(hit.voxel, hit.face);
   }
 
   Rgb face_radiance(BlockId block, int face, float sun, const Rgb* tint, Rgb lit, float texture) const {
@@ -525,6 +542,7 @@ class Picture {
   const MaskWalker &occupied_, &opaque_, &shadows_;  // shadows_: of what throws them, as sun_rays_
   Shading shading_;
   const SurfaceLight& light_;
+  VoxelCodes voxels_;           // of contours
   const LiquidLevels* levels_;  // null: all liquids are full
   const SunMaps& sun_maps_;
   const TextureSet* textures_;  // null: all blocks are even
@@ -560,9 +578,9 @@ world::Status check(const Camera& camera, const RenderKnobs& knobs, int width, i
 
 class RaycastBackend : public Backend {
  public:
-  /// Where it takes one ray a pixel; integrators follow light themselves.
-  bool reads_light(const world::World& world, const RenderKnobs& knobs) const override {
-    return knobs.spp == 1 && knobs.light_transport == LightTransport::direct && !calls_for_trace_scene(world);
+  /// Where it takes one ray a pixel, to what lights that directly; other integrators follow light themselves.
+  bool reads_light(const world::World&, const RenderKnobs& knobs) const override {
+    return knobs.spp == 1 && knobs.light_transport == LightTransport::direct;
   }
   world::Result<Frame> render(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs, int width,
                               int height) override {
@@ -571,11 +589,13 @@ class RaycastBackend : public Backend {
       return average_samples(*this, view, camera, knobs, width, height);
     TRY_STATUS(check_bsdfs(view.palette()));
     TRY_STATUS(world::check_proxies(view.palette()));
-    if (!reads_light(view.world(), knobs)) {
+    const bool reads = reads_light(view.world(), knobs);
+    if (reads) TRY_STATUS(check_light(light, knobs));
+    if (!reads || calls_for_trace_scene(view.world())) {
       const bool meets_bodies = knobs.light_transport == LightTransport::whitted;
       std::vector<shared::DrawnBox> boxes;
       if (meets_bodies) boxes = drawn_bodies(view, inhabitants, camera, knobs, width, height);
-      TRY(Frame traced, trace_picture(view, camera, knobs, sampling, width, height, boxes));
+      TRY(Frame traced, trace(view, camera, knobs, width, height, reads, boxes));
       TRY_STATUS(finish_traced(view, inhabitants, camera, knobs, traced, meets_bodies));
       return traced;
     }
@@ -611,13 +631,12 @@ class RaycastBackend : public Backend {
     const ShadowVoxels::Change change = shadows_.follow(view, levels_, moved, rays_);
     const world::ParallelRays& sun_rays = shadows_.parallel(sky.environment.sun_direction);
     if (levels_.any() && !kinds) kinds.emplace(SeeThroughKinds::none(view.palette()));
-    TRY_STATUS(check_light(light, knobs));
     TRY_STATUS(textures_.follow(view.palette(), knobs));
     light_.follow(view, light, knobs.light_model);
     TRY_STATUS(sun_maps_.follow(view, shadows_, change, camera.position, knobs, sky.environment.sun_direction));
     const std::vector<shared::DrawnBox> boxes = drawn_bodies(view, inhabitants, camera, knobs, width, height);
     const Picture picture(view, sky, occupied, sun_rays, opaque.walker(), shadows_.stream().walker(), contours,
-                          any_shape && !contours ? &shapes : nullptr, kinds ? &*kinds : nullptr, light_,
+                          any_shape && !contours ? &shapes : nullptr, kinds ? &*kinds : nullptr, light_, light,
                           levels_.any() ? &levels_ : nullptr, sun_maps_, blockers ? &*blockers : nullptr, textures_,
                           boxes, camera, knobs, width, height, frame.image);
     const double prepare_ms = ms_since(start);
@@ -649,6 +668,19 @@ class RaycastBackend : public Backend {
   }
 
  private:
+  /// By samples of an integrator, each of which finds the light that it needs but what direct light reads of the
+  /// world's.
+  world::Result<Frame> trace(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs, int width,
+                             int height, bool reads, std::span<const shared::DrawnBox> bodies) {
+    if (!reads || (knobs.light_model == LightModel::none && !knobs.corner_occlusion))
+      return trace_picture(view, camera, knobs, sampling, width, height, bodies);
+    const std::vector<world::LeafPos> moved = levels_.follow(view, knobs.liquid_surface != LiquidSurface::full);
+    shadows_.follow(view, levels_, moved, rays_);
+    light_.follow(view, light, knobs.light_model);
+    const WorldLitSource lit{light_, light, shadows_.volume()};
+    return trace_picture(view, camera, knobs, sampling, width, height, bodies, &lit);
+  }
+
   world::StoreRays rays_;
   world::StoreContours contours_;
   SurfaceLight light_;

@@ -1,7 +1,7 @@
-// Light that comes straight from sources: what the picture of the first surface needs, and no more. See-through blocks
-// are layers before it (render/see_through.shared.h), unless transparency=opaque. Other surfaces that scatter by
-// impulses alone (mirrors, meshes of glass) are shaded as matte ones of the block's albedo, as the rasterizer shades
-// them; media dim what lies behind and add their own emission.
+// Light that comes straight from sources, or is kept with the world (world_lit.h): what the picture of the first
+// surface needs, and no more. See-through blocks are layers before it (render/see_through.shared.h), unless
+// transparency=opaque. Other surfaces that scatter by impulses alone (mirrors, meshes of glass) are shaded as matte
+// ones of the block's albedo, as the rasterizer shades them; media dim what lies behind and add their own emission.
 // error  all other light is missing: the bias floor of the ladder of light transports
 #include <algorithm>
 #include <cmath>
@@ -9,6 +9,7 @@
 #include "render/see_through.h"
 #include "render/shading.h"
 #include "render/trace/transport.h"
+#include "render/trace/world_lit.h"
 
 namespace render {
 
@@ -160,7 +161,8 @@ Vec3d seen_far(const Transport& t, const TraceRay& ray) {
 Vec3d light_by_light(Transport& t, const Surface& s, const Vec3f& wo, const Sampler& sampler, uint32_t dimension,
                      bool first) {
   Vec3d sum(0);
-  if (t.scene().environment().sun_irradiance.max() > 0)
+  const bool hidden = t.knobs().sun_shadow == SunShadow::sky_light && t.shared.lit && !t.shared.lit->sees_whole_sky(s);
+  if (t.scene().environment().sun_irradiance.max() > 0 && !hidden)
     sum += one_light(t, {LightKind::sun, 0, 0, {}, world::kNoFace}, 1, t.knobs().sun_shadow == SunShadow::ray, s, wo,
                      sampler, dimension);
   const auto& luminaires = t.scene().luminaires();
@@ -177,7 +179,8 @@ Vec3d light_by_light(Transport& t, const Surface& s, const Vec3f& wo, const Samp
 Vec3d direct_radiance(Transport& t, const TraceRay& camera_ray, const Sampler& sampler) {
   return first_surface(t, camera_ray, [&](const Surface& s) {
     const Vec3d sky = vector_of(sky_irradiance(t.scene().sky(), sky_normal(s)));
-    return albedo_of(t, s) * sky / kPi +
+    const Vec3d albedo = albedo_of(t, s);
+    return (t.shared.lit ? albedo * t.shared.lit->lit(s, sky / kPi) : albedo * sky / kPi) +
            light_by_light(t, s, Vec3f(-camera_ray.ray.direction), sampler, kVertexDimension, true);
   });
 }

@@ -232,7 +232,7 @@ world::GridRay camera_ray(const Camera& camera, const PixelRays& rays, int x, in
 
 world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs,
                                    const Sampling& sampling, int width, int height,
-                                   std::span<const shared::DrawnBox> bodies) {
+                                   std::span<const shared::DrawnBox> bodies, const WorldLitSource* source) {
   TRY_STATUS(check(camera, knobs, width, height));
   const Clock::time_point start = Clock::now();
   std::shared_ptr<const world::SkyLight> made;
@@ -247,6 +247,7 @@ world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& c
   Film film(width, height);
   std::map<std::string, std::string> key = sampling.picture;  // what the film's samples depend on
   key["seed"] = std::to_string(sampling.seed);
+  if (source) key["light"] = "of the world";
   if (!sampling.film.empty()) key["content"] = fingerprint(view.world(), camera, bodies);
   const RenderKnobs of_samples = without_effects(knobs);  // the rest comes after the samples
   for (const auto& row : render_knobs().rows())
@@ -258,13 +259,16 @@ world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& c
 
   const SeeThroughKinds kinds(view.palette());
   const bool straight = knobs.transparency != Transparency::opaque && kinds.called_for(view.store().census());
+  std::optional<WorldLit> lit;
+  if (source) lit.emplace(*source, view, sky, knobs);
   const TransportScene of_threads{&scene,
                                   &lights,
                                   knobs,
                                   textures.empty() ? nullptr : &textures,
                                   nullptr,
                                   straight ? &kinds : nullptr,
-                                  {bodies, camera.position}};
+                                  {bodies, camera.position},
+                                  lit ? &*lit : nullptr};
   Picture picture(of_threads, camera, sampling.seed, film);
   Clock::time_point saved = Clock::now();
   const uint32_t wanted = static_cast<uint32_t>(knobs.spp);

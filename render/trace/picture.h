@@ -9,13 +9,15 @@
 
 #include "render/backend.h"
 #include "render/trace/transport.h"
+#include "render/trace/world_lit.h"
 
 namespace render {
 
-/// bodies: relative to the camera; light_transport=whitted meets them wherever its rays go.
+/// bodies: relative to the camera; light_transport=whitted meets them wherever its rays go. lit: the world's light for
+/// direct light; null: the open sky alone.
 world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs,
                                    const Sampling& sampling, int width, int height,
-                                   std::span<const shared::DrawnBox> bodies = {});
+                                   std::span<const shared::DrawnBox> bodies = {}, const WorldLitSource* lit = nullptr);
 
 /// The ray of one sample; lens and pixel from the sampler's first dimensions. `centre`: through the pixel's centre.
 world::GridRay camera_ray(const Camera& camera, const PixelRays& rays, int x, int y, const Sampler& sampler,

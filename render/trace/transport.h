@@ -2,11 +2,11 @@
 /// at a point from a light that was picked.
 ///
 /// An integrator is a function of a camera ray and a Sampler, so of (seed, pixel, sample) alone:
-///   direct             render/trace/direct.cpp    the sky unhidden, the sun, luminaires; no block or mesh lights
-///   others ambient_occlusion  render/trace/direct.cpp    the same, the sky as far as rays up to a distance find it
-///   open whitted            render/trace/whitted.cpp   and what mirrors and glass show, down to max_depth path
-///   render/trace/path.cpp      all light, unbiased photons            render/trace/photons.cpp   light that arrives
-///   over several surfaces by density estimation
+///   direct             render/trace/direct.cpp    the sky unhidden, or the light kept with the world; sun, luminaires
+///   ambient_occlusion  render/trace/direct.cpp    the same, the sky as far as rays up to a distance find it open
+///   whitted            render/trace/whitted.cpp   and what mirrors and glass show, down to max_depth
+///   path               render/trace/path.cpp      all light, unbiased
+///   photons            render/trace/photons.cpp   light that arrives over several surfaces by density estimation
 #pragma once
 
 #include <span>
@@ -35,6 +35,7 @@ struct TracedBodies {
 class PhotonMap;
 class SeeThroughKinds;
 class TextureSet;
+class WorldLit;
 
 /// What all threads read.
 struct TransportScene {
@@ -45,6 +46,7 @@ struct TransportScene {
   const PhotonMap* photons = nullptr;            // of the sample at hand, where light_transport asks for them
   const SeeThroughKinds* see_through = nullptr;  // blocks that direct and ambient_occlusion look straight through
   TracedBodies bodies{};                         // that rays of whitted meet
+  const WorldLit* lit = nullptr;                 // of direct, in place of the open sky's light
 };
 
 /// Light that goes straight from a light to a point: `value` is the share that arrives, the others as in Transmittance.

@@ -37,9 +37,8 @@ uint light_code(const ivec3 voxel, const uint face) {
   return light_codes[light_leaves[at + kLightFirst] + before + in_slice];
 }
 
-/// SurfaceLightDecoder
-vec3 decode_light(const uint code, const uint face) {
-  const vec3 whole = picture_arrays.sky_lit[face].rgb;
+/// SurfaceLightDecoder::under()
+vec3 decode_light_under(const uint code, const vec3 whole) {
   if (code == kLightUnknown) return whole;
   if (kLight == kLightIrradiance) {
     const float unit = uintBitsToFloat((127u - 24u + (code >> 27)) << 23);
@@ -52,6 +51,11 @@ vec3 decode_light(const uint code, const uint face) {
              picture_arrays.level_block[of_blocks >> 2][of_blocks & 3u];
   }
   return lit;
+}
+
+/// SurfaceLightDecoder
+vec3 decode_light(const uint code, const uint face) {
+  return decode_light_under(code, picture_arrays.sky_lit[face].rgb);
 }
 
 bool sees_whole_sky(const uint code) {

@@ -5,6 +5,7 @@
 #include "render/raster/shading/mesh_rays.glsl.h"
 #include "render/raster/shading/sky.glsl.h"
 #include "render/raster/shading/surface.glsl.h"
+#include "render/raster/shading/voxel_light.glsl.h"
 
 layout(binding = kBindSkyTable) uniform samplerBuffer sky_table;
 
@@ -77,8 +78,11 @@ vec3 mesh_radiance_at(uint triangle, vec3 hit, vec3 ray) {
   p.to_eye = -normalize(ray);
   p.triangle = triangle;
   vec3 light = sky_irradiance(normal) / 3.14159265;
+  bool whole_sky = true;
+  if (kLight != kLightNone) light = light_at_point(p.voxel, p.fraction + p.lift * normal, normal, light, whole_sky);
   if (kSkyRays > 0u) light *= open_sky(p);
   float sun = dot(p.side, picture.sun.xyz) > 0.0 && dot(normal, picture.sun.xyz) > 0.0 ? 1.0 : 0.0;
+  if (kSunShadow == kSunShadowSkyLight && !whole_sky) sun = 0.0;
   if (kSunShadow == kSunShadowRay && sun > 0.0)
     sun = sun_visible(p.voxel, p.fraction + p.lift * normal, triangle) ? 1.0 : 0.0;
   if (kSunShadow == kSunShadowMap && sun > 0.0) {

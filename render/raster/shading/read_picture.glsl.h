@@ -92,6 +92,7 @@ void read_picture() {
   picture.sun_slope = picture_arrays.sun_slope;
   picture.meshes = picture_arrays.meshes;
   picture.mesh_base = picture_arrays.mesh_base;
+  picture.voxel_light = picture_arrays.voxel_light;
   picture.screen = picture_arrays.screen;
 #ifdef PICTURE_FROM_VERTICES
   picture.corner = flat_corner;
