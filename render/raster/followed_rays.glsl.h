@@ -55,7 +55,7 @@ vec3 end_radiance(StraightEnd end, BlockWalk w) {
 /// meshes and bodies end it as surfaces do; particles don't.
 vec3 followed_radiance(ivec3 voxel, vec3 fraction, vec3 direction, uint medium, bool bends) {
   vec3 added = vec3(0), through = vec3(1);
-  const float n_eye = layer_blocks[medium].absorption.w;
+  const float n_eye = layer_block(medium).absorption.w;
   float last = 0.0;
   BlockWalk w = begin_walk(voxel, fraction, direction);
   int interfaces = 0;
@@ -86,15 +86,15 @@ vec3 followed_radiance(ivec3 voxel, vec3 fraction, vec3 direction, uint medium, 
       if (kind == kKindSolid) return added;
       medium = kind;
     } else if (kind != medium) {
-      through *= absorbed_along(layer_blocks[medium].absorption.xyz, w.t - last);
+      through *= absorbed_along(layer_block(medium).absorption.xyz, w.t - last);
       last = w.t;
       if (kind == kKindSolid)
         return added + through *
-                           radiance_scale(layer_blocks[layers.eye.x].absorption.w, layer_blocks[medium].absorption.w) *
+                           radiance_scale(layer_block(layers.eye.x).absorption.w, layer_block(medium).absorption.w) *
                            face_radiance(crossed_point(w, block));
       const uint owner = max(kind, medium);  // kinds are in the order of ids
-      const SeeThroughBlock of = layer_blocks[owner];
-      const float n_near = layer_blocks[medium].absorption.w, n_far = layer_blocks[kind].absorption.w;
+      const SeeThroughBlock of = layer_block(owner);
+      const float n_near = layer_block(medium).absorption.w, n_far = layer_block(kind).absorption.w;
       const InterfaceShares shares =
           interface_shares(of, bends ? n_near : n_eye, n_near, n_far, abs(w.direction[w.axis]));
       vec3 mirrored = w.direction;
@@ -150,11 +150,11 @@ vec3 followed_radiance(ivec3 voxel, vec3 fraction, vec3 direction, uint medium, 
     if (!leave_cube(w, size)) break;
   }
   if (end.what != kEndsOnSky)
-    return added + through * absorbed_along(layer_blocks[medium].absorption.xyz, end.t - last) *
-                       radiance_scale(layer_blocks[layers.eye.x].absorption.w, layer_blocks[medium].absorption.w) *
+    return added + through * absorbed_along(layer_block(medium).absorption.xyz, end.t - last) *
+                       radiance_scale(layer_block(layers.eye.x).absorption.w, layer_block(medium).absorption.w) *
                        end_radiance(end, w);
-  through *= absorbed_along(layer_blocks[medium].absorption.xyz, 1e30);
-  return added + through * radiance_scale(layer_blocks[layers.eye.x].absorption.w, layer_blocks[medium].absorption.w) *
+  through *= absorbed_along(layer_block(medium).absorption.xyz, 1e30);
+  return added + through * radiance_scale(layer_block(layers.eye.x).absorption.w, layer_block(medium).absorption.w) *
                      sky_radiance(w.direction);
 }
 

@@ -62,7 +62,7 @@ void main() {
   const uvec2 seen = texelFetch(seen_image, pixel, 0).xy;
   bool mirror = kReflection != kReflectionNone && seen.x != 0u && (seen.x & kSeenNoFace) == 0u &&
                       (block_kinds[2u * seen_block(seen.x) + 1u] & 1u) != 0u;
-  if (head == 0u && !mirror && layer_blocks[eye].absorption.xyz == vec3(0)) return;
+  if (head == 0u && !mirror && layer_block(eye).absorption.xyz == vec3(0)) return;
   const vec3 ray = pixel_ray(vec2(pixel) + 0.5);
   const float inverse_length = inversesqrt(dot(ray, ray)), metres = dot(ray, ray) * inverse_length;
   const vec3 direction = ray * inverse_length;
@@ -88,7 +88,7 @@ void main() {
     last = nearest;
     const uvec2 of = interface_in(next);
     const Interface i = interface_of(of.x, int(of.y), ray);
-    const SeeThroughBlock owner = layer_blocks[i.owner];
+    const SeeThroughBlock owner = layer_block(i.owner);
     const InterfaceShares shares = shares_of(i, direction);
     const vec3 matte = kLayerMatte && shares.matte > 0.0 ? matte_radiance(i, ray, direction) : vec3(0);
     vec3 mirrored = vec3(0);
@@ -117,12 +117,12 @@ void main() {
       fog = fog_before(direction, i.t * metres);
       view = met_media(view, fog.value, fog.added);
     }
-    view = met_interface(view, owner, shares, layer_blocks[i.near].absorption.xyz, i.t * metres, mirrored, matte,
+    view = met_interface(view, owner, shares, layer_block(i.near).absorption.xyz, i.t * metres, mirrored, matte,
                          i.outside, kCoveragePattern, mask);
     medium = i.far;
     if (all(lessThan(view.through, vec3(1e-6)))) break;
     if (kRefraction == kRefractionNone) continue;
-    const float n_near = layer_blocks[i.near].absorption.w, n_far = layer_blocks[i.far].absorption.w;
+    const float n_near = layer_block(i.near).absorption.w, n_far = layer_block(i.far).absorption.w;
     if (bend.found && !bend.left) bend.left = true, bend.t_out = i.t * metres;
     if (bend.found || n_near == n_far) continue;
     bend.found = true;
@@ -169,6 +169,6 @@ void main() {
   }
   behind = max(behind - fog.added, vec3(0));
   const vec3 colour =
-      end_of_view(view, layer_blocks[medium], layer_blocks[eye].absorption.w, t_end * metres, behind, kCoveragePattern);
+      end_of_view(view, layer_block(medium), layer_block(eye).absorption.w, t_end * metres, behind, kCoveragePattern);
   imageStore(colour_image, pixel, vec4(colour, 1));
 }

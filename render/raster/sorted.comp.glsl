@@ -15,9 +15,9 @@ void main() {
   const vec3 behind = imageLoad(colour_image, pixel).rgb;
   vec3 colour = texelFetch(shown_image, pixel, 0).rgb + texelFetch(passed_image, pixel, 0).rgb * behind;
   const uint eye = uint(layers.eye.x);
-  if (layer_blocks[eye].absorption.xyz != vec3(0)) {
+  if (layer_block(eye).absorption.xyz != vec3(0)) {
     const vec3 ray = pixel_ray(vec2(pixel) + 0.5);
-    colour *= absorbed_along(layer_blocks[eye].absorption.xyz,
+    colour *= absorbed_along(layer_block(eye).absorption.xyz,
                              run_length(picture.camera_voxel.xyz, picture.fraction.xyz, normalize(ray), eye));
   }
   imageStore(colour_image, pixel, vec4(colour, 1));

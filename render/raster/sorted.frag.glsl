@@ -23,7 +23,7 @@ void main() {
   const vec3 direction = ray * inverse_length;
   const InterfaceShares shares = shares_of(i, direction);
   vec3 passed = shares.passed;
-  const vec3 absorption = layer_blocks[i.far].absorption.xyz;
+  const vec3 absorption = layer_block(i.far).absorption.xyz;
   if ((!kAddsShown || kMedia) && absorption != vec3(0)) {
     const FacePoint at =
         stepped_beyond(face_point(0u, i.face, i.t * ray + picture.fraction.xyz, i.plane, -direction), i, direction);
@@ -32,11 +32,11 @@ void main() {
   if (kAddsShown) {
     vec3 shown = shown_radiance(i, shares, passed, ray, direction);
     // Nearer interfaces scale what lies behind them; what this one mirrors or shows is radiance as the eye sees it.
-    shown *= radiance_scale(layer_blocks[i.near].absorption.w, layer_blocks[layers.eye.x].absorption.w);
+    shown *= radiance_scale(layer_block(i.near).absorption.w, layer_block(layers.eye.x).absorption.w);
     shown_out = vec4(shown, 0);
     passed_out = vec4(0);
     return;
   }
-  passed *= radiance_scale(layer_blocks[i.near].absorption.w, layer_blocks[i.far].absorption.w);
+  passed *= radiance_scale(layer_block(i.near).absorption.w, layer_block(i.far).absorption.w);
   shown_out = passed_out = vec4(passed, 1);
 }

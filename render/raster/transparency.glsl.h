@@ -9,8 +9,20 @@
 
 layout(constant_id = kSpecLayerMatte) const bool kLayerMatte = true;
 layout(constant_id = kSpecShapes) const bool kShapes = false;
-layout(binding = kBindLayerBlocks, std430) readonly buffer LayerBlocks { SeeThroughBlock layer_blocks[]; };
+layout(binding = kBindLayerBlocks) uniform usamplerBuffer layer_blocks;
 layout(binding = kBindLayerConstants) uniform Layers { LayerConstants layers; };
+
+/// Of a kind. Software reads four words of one as fast as a single word of a storage buffer.
+SeeThroughBlock layer_block(uint kind) {
+  const int at = kLayerBlockTexels * int(kind);
+  SeeThroughBlock b;
+  b.absorption = uintBitsToFloat(texelFetch(layer_blocks, at));
+  b.matte = uintBitsToFloat(texelFetch(layer_blocks, at + 1));
+  b.transmission = uintBitsToFloat(texelFetch(layer_blocks, at + 2));
+  b.emitted = uintBitsToFloat(texelFetch(layer_blocks, at + 3));
+  b.block = ivec4(texelFetch(layer_blocks, at + 4));
+  return b;
+}
 
 struct Interface {
   uint owner, near, far;  // kinds: whose it is, before and beyond it
@@ -48,9 +60,9 @@ vec3 pixel_ray(vec2 pixel) { return picture.corner.xyz + pixel.x * picture.step_
 
 /// What an interface does, and what it shows by itself: `mirrored` is the radiance from the mirrored direction.
 InterfaceShares shares_of(Interface i, vec3 direction) {
-  const float n_eye = layer_blocks[layers.eye.x].absorption.w, n_near = layer_blocks[i.near].absorption.w,
-              n_far = layer_blocks[i.far].absorption.w, cosine = abs(direction[i.face >> 1u]);
-  if (kLayerMatte) return interface_shares(layer_blocks[i.owner], n_eye, n_near, n_far, cosine);
+  const float n_eye = layer_block(layers.eye.x).absorption.w, n_near = layer_block(i.near).absorption.w,
+              n_far = layer_block(i.far).absorption.w, cosine = abs(direction[i.face >> 1u]);
+  if (kLayerMatte) return interface_shares(layer_block(i.owner), n_eye, n_near, n_far, cosine);
   return dielectric_shares(n_eye, n_near, n_far, cosine);
 }
 
@@ -84,7 +96,7 @@ vec3 mirrored_direction(Interface i, vec3 direction) {
 vec3 matte_radiance(Interface i, vec3 ray, vec3 direction) {
   if (!kLayerMatte) return vec3(0);
   FacePoint p =
-      face_point(uint(layer_blocks[i.owner].block.x), i.face, i.t * ray + picture.fraction.xyz, i.plane, -direction);
+      face_point(uint(layer_block(i.owner).block.x), i.face, i.t * ray + picture.fraction.xyz, i.plane, -direction);
   p.layer = true;
   p.bare = !i.outside;
   if (kTextures != kTextureOff) {
@@ -107,7 +119,7 @@ vec3 shown_radiance(Interface i, InterfaceShares shares, vec3 passed, vec3 ray, 
   if (kLayerMatte && shares.matte > 0.0)
     shown += shares.matte * matte_radiance(i, ray, direction);
   else if (i.outside)
-    shown += layer_blocks[i.owner].emitted.xyz;
+    shown += layer_block(i.owner).emitted.xyz;
   if (kMedia) {
     const FogView fog = fog_before(direction, i.t * length(ray));
     shown = fog.value * shown + fog.added * (vec3(1) - passed);

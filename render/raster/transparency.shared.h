@@ -11,7 +11,7 @@ using glsl::ivec4, glsl::uint, glsl::vec4;
 
 SHARED_CONST uint kBindLayerFaces = 64;      // uvec2[]  records of render/extract/see_through_faces.h
 SHARED_CONST uint kBindLayerChunks = 65;     // ivec4[]  corner of each chunk, relative to the camera's voxel
-SHARED_CONST uint kBindLayerBlocks = 66;     // SeeThroughBlock[] by kind
+SHARED_CONST uint kBindLayerBlocks = 66;     // uvec4 texels: SeeThroughBlock[] by kind
 SHARED_CONST uint kBindLayerConstants = 67;  // uniform LayerConstants
 SHARED_CONST uint kBindLayerHeads = 68;      // uimage   lists: of a pixel kFirstNode + place of its last node, or
                                              //          kOwnNode; 0: it has none, so between pictures
@@ -33,6 +33,8 @@ SHARED_CONST uint kBindLayerTiles = 81;  // uint[]   lists: x | y << 16 of the t
 SHARED_CONST uint kBindLayerDispatch = 82;    // uint[3]  lists: the dispatch over them
 SHARED_CONST uint kBindLayerTileListed = 83;  // uint[]   lists: 1 where a tile is among them; 0 between pictures
 SHARED_CONST uint kBindLayerOwnNodes = 84;    // uvec2[]  lists: a pixel's own node: packed interface, plane
+
+SHARED_CONST int kLayerBlockTexels = 5;  // of a SeeThroughBlock
 
 SHARED_CONST uint kBlockUniform = 0x80000000u;
 SHARED_CONST uint kKindSolid = 0xffffu;  // what no ray sees through; air has the kind 0

@@ -254,8 +254,9 @@ world::Status TransparencyPass::prepare(PassContext& context, const Drawing& dra
   fits_ = true;
 
   const auto& blocks = kinds_->blocks();
+  static_assert(sizeof blocks[0] == kLayerBlockTexels * sizeof(vec4));
   TRY_STATUS(
-      context.fill(blocks_, blocks.data(), blocks.size() * sizeof blocks[0], VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
+      context.fill_texels(blocks_, VK_FORMAT_R32G32B32A32_UINT, blocks.data(), blocks.size() * sizeof blocks[0]));
   TRY_STATUS(context.fill(chunks_, draws_.chunks.data(), draws_.chunks.size() * sizeof(ivec4),
                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
   LayerConstants constants{};
@@ -264,8 +265,8 @@ world::Status TransparencyPass::prepare(PassContext& context, const Drawing& dra
   constants.mirror.x = -1;
   any_ = !draws_.runs.empty() || constants.eye.x != 0 || drawing.knobs.reflection != Reflection::none;
   // The vertex shader names both ways to read records; an order binds what it draws.
-  context.bindings.bind(kBindLayerFaces, blocks_);
-  context.bindings.bind(kBindLayerSorted, blocks_);
+  context.bindings.bind(kBindLayerFaces, chunks_);
+  context.bindings.bind(kBindLayerSorted, chunks_);
   TRY_STATUS(follow_blocks(context, drawing, dirty, constants));
   TRY_STATUS(order_->prepare(context, drawing, draws_, constants));
   TRY_STATUS(context.fill(constants_, &constants, sizeof constants, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT));

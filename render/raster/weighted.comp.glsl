@@ -21,7 +21,7 @@ void main() {
   const float t_end = body_t(pixel, min(picture.sun.w * inverse_length, seen_t(seen, ray)));
   const vec4 shown = texelFetch(shown_image, pixel, 0), depth = texelFetch(depth_image, pixel, 0);
   // What is entered and never left; sums that should be 0 are off by rounding.
-  const vec4 eye = layer_blocks[layers.eye.x].absorption, changed = texelFetch(rest_image, pixel, 0);
+  const vec4 eye = layer_block(layers.eye.x).absorption, changed = texelFetch(rest_image, pixel, 0);
   vec3 rest = eye.xyz + changed.xyz;
   rest = mix(rest, vec3(0), lessThan(rest, vec3(1e-4)));
   vec3 passed;

@@ -31,7 +31,7 @@ void main() {
   shown_out = vec4(shown, alpha) * weight;
   // Of no more than e^-40 passes: what a float target can hold many times.
   const vec3 passed = max(shares.passed, vec3(4e-18));
-  const vec3 entered = layer_blocks[i.far].absorption.xyz - layer_blocks[i.near].absorption.xyz;
+  const vec3 entered = layer_block(i.far).absorption.xyz - layer_block(i.near).absorption.xyz;
   depth_out = vec4(-log(passed) - entered * t, -log(max(1.0 - alpha, 4e-18)));
-  rest_out = vec4(entered, layer_blocks[i.far].absorption.w - layer_blocks[i.near].absorption.w);
+  rest_out = vec4(entered, layer_block(i.far).absorption.w - layer_block(i.near).absorption.w);
 }
