@@ -5,10 +5,10 @@
 ///   irradiance   six codes a voxel, by face: what arrives on the first wall behind the voxel that looks that way.
 ///                Across a slanted surface with normal n they weigh n.x^2, n.y^2, n.z^2. Unknown where no wall is
 ///                behind: there the surface has the open sky
-/// error  levels: none but that of levels. irradiance: exact on a wall; away from it what stands in the light of the
-/// wall
-///        alone counts for the voxel too, and what stands in that of the voxel alone doesn't. A surface at 45 degrees
-///        under an even sky over black ground has 12 % less than it should, by the mean of squares
+/// error  levels: none but that of levels. irradiance: exact on a wall; away from it, what
+///        stands in the light of the wall alone counts for the voxel too, and what stands in that of the voxel alone
+///        doesn't. A surface at 45 degrees under an even sky over black ground has 12 % less than it should, by
+///        the mean of squares
 #pragma once
 
 #include <cstdint>

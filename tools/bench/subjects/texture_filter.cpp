@@ -84,7 +84,8 @@ void add_subject_texture_filter(Registry& registry) {
                                          kWidth, kHeight);
           return frame.ok() ? std::move(frame->image) : render::Image();
         };
-        Setting s{.method = step.name, .setting = step.name, .problem = name};
+        const std::string method = fmt::format("{} {}", name, step.name);
+        Setting s{.method = method, .setting = method, .problem = name};
         if (step.anisotropy > 0) s.setting += fmt::format("@{}", step.anisotropy);
         s.knob = step.anisotropy;
         s.is_default =
