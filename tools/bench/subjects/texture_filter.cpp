@@ -75,8 +75,8 @@ void add_subject_texture_filter(Registry& registry) {
                              Step{"mip", TextureFilter::mip, 1}, Step{"mip", TextureFilter::mip, 2},
                              Step{"mip", TextureFilter::mip, 4}, Step{"mip", TextureFilter::mip, 8},
                              Step{"mip", TextureFilter::mip, 16}, Step{"exact", TextureFilter::exact, 0}}) {
-      const auto backend = rasterizer_of_its_own();
       for (const std::string name : {"oblique", "ground"}) {
+        const auto backend = rasterizer_of_its_own();  // from elsewhere it would extract faces anew
         TRY(const world::CameraPlacement placed, world::camera_of(*valley, name));
         const render::Camera camera = render::Camera::from(placed);
         const auto draw = [=] {
