@@ -8,10 +8,6 @@
 
 namespace render::raster {
 
-namespace {
-constexpr VkBufferUsageFlags kUsage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
-}
-
 world::Status LightGrid::open(gpu::Device& device) {
   const SurfaceLight nothing;
   TRY(const uint64_t sent, send(device, nothing));
@@ -83,14 +79,17 @@ world::Result<uint64_t> LightGrid::send(gpu::Device& device, const SurfaceLight&
   }
   struct Part {
     gpu::Buffer& buffer;
+    VkFormat format;
     const void* data;
     uint64_t bytes;
   };
-  const Part parts[] = {{regions_, table.data(), table.size() * sizeof(ivec4)},
-                        {leaf_of_, light.leaf_of().data(), light.leaf_of().size() * sizeof(uint32_t)},
-                        {leaves_, light.leaves().data(), light.leaves().size() * sizeof(SurfaceLightLeaf)},
-                        {codes_, light.codes().data(), light.codes().size() * sizeof(uint32_t)}};
-  const uint64_t limit = std::min<uint64_t>(binding_limit, device.limits().maxStorageBufferRange);
+  constexpr VkFormat kWords = VK_FORMAT_R32_UINT;
+  const Part parts[] = {{regions_, VK_FORMAT_R32G32B32A32_SINT, table.data(), table.size() * sizeof(ivec4)},
+                        {leaf_of_, kWords, light.leaf_of().data(), light.leaf_of().size() * sizeof(uint32_t)},
+                        {leaves_, kWords, light.leaves().data(), light.leaves().size() * sizeof(SurfaceLightLeaf)},
+                        {codes_, kWords, light.codes().data(), light.codes().size() * sizeof(uint32_t)}};
+  const uint64_t limit =
+      std::min<uint64_t>(binding_limit, uint64_t{device.limits().maxTexelBufferElements} * sizeof(uint32_t));
   uint64_t total = 0;
   for (const Part& part : parts) {
     if (part.bytes > limit)
@@ -105,8 +104,9 @@ world::Result<uint64_t> LightGrid::send(gpu::Device& device, const SurfaceLight&
   uint64_t at = 0;
   for (const Part& part : parts) {
     // With room for what edits add.
-    const uint64_t room = std::min(limit, part.bytes + part.bytes / 8);
-    TRY(part.buffer, gpu::make_buffer(device, room, kUsage, gpu::MemoryUse::device));
+    const uint64_t room = std::min(limit, part.bytes + part.bytes / 8) / sizeof(ivec4) * sizeof(ivec4);
+    TRY(part.buffer, gpu::make_texel_buffer(device, std::max(room, part.bytes), part.format,
+                                            VK_BUFFER_USAGE_TRANSFER_DST_BIT, gpu::MemoryUse::device));
     if (part.bytes) std::memcpy(staging.mapped() + at, part.data, part.bytes);
     at += part.bytes;
   }

@@ -4,10 +4,12 @@
 #include "render/light/surface_light.shared.h"
 #include "render/raster/shading/grid.glsl.h"
 
-layout(binding = kBindLightRegions, std430) readonly buffer LightRegions { ivec4 light_regions[]; };
-layout(binding = kBindLightLeafOf, std430) readonly buffer LightLeafOf { uint light_leaf_of[]; };
-layout(binding = kBindLightLeaves, std430) readonly buffer LightLeaves { uint light_leaves[]; };
-layout(binding = kBindLightCodes, std430) readonly buffer LightCodes { uint light_codes[]; };
+layout(binding = kBindLightRegions) uniform isamplerBuffer light_regions;
+layout(binding = kBindLightLeafOf) uniform usamplerBuffer light_leaf_of;
+layout(binding = kBindLightLeaves) uniform usamplerBuffer light_leaves;
+layout(binding = kBindLightCodes) uniform usamplerBuffer light_codes;
+
+uint light_leaf_word(uint at) { return texelFetch(light_leaves, int(at)).r; }
 
 /// SurfaceLight::code()
 uint light_code(const ivec3 voxel, const uint face) {
@@ -15,7 +17,7 @@ uint light_code(const ivec3 voxel, const uint face) {
   const uint last = uint(picture.light.x);
   int place = -1;
   for (uint i = region_hash(region.x, region.y, region.z);; ++i) {
-    const ivec4 entry = light_regions[i & last];
+    const ivec4 entry = texelFetch(light_regions, int(i & last));
     if (entry.w == 0) return kLightUnknown;
     if (entry.xyz == region) {
       place = entry.w - 1;
@@ -23,18 +25,18 @@ uint light_code(const ivec3 voxel, const uint face) {
     }
   }
   const ivec3 leaf = voxel >> 3 & 15, v = voxel & 7;
-  const uint record = light_leaf_of[uint(place) * 4096u + uint(leaf.x * 256 + leaf.y * 16 + leaf.z)];
+  const uint record = texelFetch(light_leaf_of, place * 4096 + leaf.x * 256 + leaf.y * 16 + leaf.z).r;
   if (record == 0u) return kLightUnknown;
   const uint at = (record - 1u) * kLightLeafWords, slice = uint(v.x), bit = uint(v.y * 8 + v.z);
   const uint words = at + face * 16u + slice * 2u;
-  const uvec2 faces = uvec2(light_leaves[words], light_leaves[words + 1u]);
+  const uvec2 faces = uvec2(light_leaf_word(words), light_leaf_word(words + 1u));
   if (((bit < 32u ? faces.x : faces.y) >> (bit & 31u) & 1u) == 0u) return kLightUnknown;
   const uint below = (1u << (bit & 31u)) - 1u;
   const uint in_slice =
       bit < 32u ? uint(bitCount(faces.x & below)) : uint(bitCount(faces.x) + bitCount(faces.y & below));
   const uint slot = face * 8u + slice;
-  const uint before = light_leaves[at + kLightBefore + (slot >> 1)] >> ((slot & 1u) * 16u) & 0xffffu;
-  return light_codes[light_leaves[at + kLightFirst] + before + in_slice];
+  const uint before = light_leaf_word(at + kLightBefore + (slot >> 1)) >> ((slot & 1u) * 16u) & 0xffffu;
+  return texelFetch(light_codes, int(light_leaf_word(at + kLightFirst) + before + in_slice)).r;
 }
 
 /// SurfaceLightDecoder::under()
