@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstring>
 
+#include "render/raster/place_table.h"
 #include "render/raster/raster.shared.h"
 
 namespace render::raster {
@@ -146,7 +147,7 @@ Result<uint64_t> BlockGrid::rebuild(gpu::Device& device, const WorldView& view, 
   places_.clear();
   mixed_.clear();
   min_ = occupied.min_region(), max_ = occupied.max_region();
-  table_size_ = std::bit_ceil(static_cast<uint32_t>(2 * regions.size() + 1));
+  table_size_ = place_slots(regions.size());
   std::vector<ivec4> table(table_size_, ivec4(0));
   std::vector<uint32_t> leaves(regions.size() * kLeafWords);
   StoreReader reader(view.store());
@@ -154,9 +155,7 @@ Result<uint64_t> BlockGrid::rebuild(gpu::Device& device, const WorldView& view, 
   for (uint32_t r = 0; r < regions.size(); ++r) {
     const MaskRegion& region = *regions[r];
     places_[region.pos] = r;
-    uint32_t slot = region_hash(region.pos.x, region.pos.y, region.pos.z) & (table_size_ - 1);
-    while (table[slot].w) slot = (slot + 1) & (table_size_ - 1);
-    table[slot] = ivec4(region.pos.x, region.pos.y, region.pos.z, static_cast<int>(r) + 1);
+    add_place(table, region.pos, r);
     uint32_t* const words = leaves.data() + uint64_t{r} * kLeafWords;
     uint64_t held = 0;  // groups
     const MaskRegion* const solid = opaque.region(region.pos);

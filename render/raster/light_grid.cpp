@@ -1,10 +1,11 @@
 #include "render/raster/light_grid.h"
 
 #include <algorithm>
-#include <bit>
 #include <cstring>
 
 #include <fmt/format.h>
+
+#include "render/raster/place_table.h"
 
 namespace render::raster {
 
@@ -70,13 +71,9 @@ world::Result<std::optional<uint64_t>> LightGrid::send_patched(gpu::Device& devi
 
 world::Result<uint64_t> LightGrid::send(gpu::Device& device, const SurfaceLight& light) {
   regions_sent_ = light.places().size();
-  table_size_ = std::bit_ceil(static_cast<uint32_t>(2 * light.places().size() + 1));
+  table_size_ = place_slots(light.places().size());
   std::vector<ivec4> table(table_size_, ivec4(0));
-  for (const auto& [pos, place] : light.places()) {
-    uint32_t slot = region_hash(pos.x, pos.y, pos.z) & (table_size_ - 1);
-    while (table[slot].w) slot = (slot + 1) & (table_size_ - 1);
-    table[slot] = ivec4(pos.x, pos.y, pos.z, static_cast<int>(place) + 1);
-  }
+  for (const auto& [pos, place] : light.places()) add_place(table, pos, place);
   struct Part {
     gpu::Buffer& buffer;
     VkFormat format;

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstring>
 
+#include "render/raster/place_table.h"
 #include "world/store/brick_volume.h"
 
 namespace render::raster {
@@ -73,7 +74,7 @@ world::Result<uint64_t> ShadowGrid::rebuild(gpu::Device& device, const world::Ma
     places_[region->pos] = {index++, static_cast<uint32_t>(masks), room};
     masks += room;
   }
-  table_size_ = std::bit_ceil(static_cast<uint32_t>(2 * regions.size() + 1));
+  table_size_ = place_slots(regions.size());
 
   const uint64_t table_bytes = uint64_t{table_size_} * sizeof(ivec4);
   const uint64_t leaf_bytes = regions.size() * kRegionWords * sizeof(uint32_t);
@@ -92,13 +93,11 @@ world::Result<uint64_t> ShadowGrid::rebuild(gpu::Device& device, const world::Ma
   const uint64_t leaves_at = table_bytes, masks_at = leaves_at + (leaf_bytes + 63) / 64 * 64;
   TRY(const gpu::Buffer staging,
       gpu::make_buffer(device, masks_at + mask_bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, gpu::MemoryUse::upload));
-  auto* table = reinterpret_cast<ivec4*>(staging.mapped());
-  std::fill(table, table + table_size_, ivec4(0));
+  const std::span table(reinterpret_cast<ivec4*>(staging.mapped()), table_size_);
+  std::fill(table.begin(), table.end(), ivec4(0));
   for (const world::MaskRegion* region : regions) {
     const Place& place = places_[region->pos];
-    uint32_t slot = region_hash(region->pos.x, region->pos.y, region->pos.z) & (table_size_ - 1);
-    while (table[slot].w) slot = (slot + 1) & (table_size_ - 1);
-    table[slot] = ivec4(region->pos.x, region->pos.y, region->pos.z, static_cast<int>(place.index) + 1);
+    add_place(table, region->pos, place.index);
     write_region(*region, place.first_mask,
                  reinterpret_cast<uint32_t*>(staging.mapped() + leaves_at) + place.index * kRegionWords,
                  reinterpret_cast<uint32_t*>(staging.mapped() + masks_at) + place.first_mask * kMaskWords);

@@ -1,10 +1,11 @@
 #include "render/raster/triangle_light.h"
 
 #include <algorithm>
-#include <bit>
 #include <cstring>
 
 #include <fmt/format.h>
+
+#include "render/raster/place_table.h"
 
 namespace render::raster {
 
@@ -47,14 +48,10 @@ world::Result<uint64_t> TriangleLight::send(gpu::Device& device) {
       std::memcpy(to + leaf * of_leaf, light_.codes().data() + leaf * of_leaf, of_leaf * sizeof(uint32_t));
     return light_.patched().size() * of_leaf * sizeof(uint32_t);
   }
-  slots_ = std::bit_ceil(static_cast<uint32_t>(2 * light_.leaves().size() + 1));
+  slots_ = place_slots(light_.leaves().size());
   std::vector<ivec4> table(slots_, ivec4(0));
-  int place = 0;
-  for (const world::LeafPos& l : light_.leaves()) {
-    uint32_t slot = region_hash(l.x, l.y, l.z) & (slots_ - 1);
-    while (table[slot].w) slot = (slot + 1) & (slots_ - 1);
-    table[slot] = ivec4(l.x, l.y, l.z, ++place);
-  }
+  uint32_t place = 0;
+  for (const world::LeafPos& l : light_.leaves()) add_place(table, l, place++);
   const auto fill = [&](gpu::Buffer& buffer, const void* data, uint64_t bytes) -> world::Status {
     if (buffer.size < bytes || buffer.size > 4 * bytes + 65536) {
       TRY(buffer, gpu::make_buffer(device, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::MemoryUse::upload));
