@@ -8,6 +8,9 @@ layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
 layout(binding = kBindBillboardPlanes, std430) readonly buffer Planes { BillboardPlane planes[]; };
 layout(binding = kBindBillboardDraws, std430) readonly buffer Draws { BillboardDraw draws[]; };
 
+#define RAY_TO_FRAGMENTS
+#include "render/raster/fragment_ray.glsl.h"
+
 layout(location = 0) flat out vec4 normal;  // w: of the plane's points, relative to the camera
 layout(location = 1) flat out vec4 along_u;
 layout(location = 2) flat out vec4 along_v;
@@ -18,6 +21,7 @@ layout(location = 5) flat out vec4 fraction;
 layout(location = 6) flat out vec3 fraction_rest;
 
 void main() {
+  write_ray();
   const BillboardDraw draw = draws[gl_VertexIndex >> 2];
   const BillboardPlane plane = planes[draw.plane.x];
   const vec3 low = vec3(draw.tree.xyz) - picture.fraction.xyz;

@@ -12,6 +12,8 @@ layout(binding = kBindFaces) uniform usamplerBuffer faces;
 layout(binding = kBindChunks) uniform isamplerBuffer chunks;
 
 #include "render/raster/face_vertex.glsl.h"
+#define RAY_TO_FRAGMENTS
+#include "render/raster/fragment_ray.glsl.h"
 
 layout(location = 0) flat out uvec4 seen;      // as seen_image; the chunk's detail; offset of the plane, a float's bits
 layout(location = 1) flat out vec4 rectangle;  // low u, low v, high u, high v, relative to the camera
@@ -30,6 +32,7 @@ bool small_on_screen(float offset, vec2 low, vec2 high) {
 }
 
 void main() {
+  write_ray();
   const uvec2 record = texelFetch(faces, gl_VertexIndex >> 2).xy;
   const int face = int(face_direction(record.y));
   const int axis = face >> 1;

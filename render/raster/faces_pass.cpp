@@ -51,14 +51,13 @@ world::Status FacesPass::fit_indices(PassContext& context, uint32_t largest) {
 }
 
 world::Result<const Pipeline*> FacesPass::pipeline(PassContext& context, const Drawing& drawing, Drawn what,
-                                                   bool blends, bool impostors) {
+                                                   bool blends) {
   const FaceEdges edges = drawing.bare ? FaceEdges::hardware : drawing.knobs.face_edges;
   const bool clips = drawing.behind != nullptr;
-  Pipeline& found = pipelines_[{edges, what, blends, clips, drawing.bare, impostors, drawing.liquid_levels}];
+  Pipeline& found = pipelines_[{edges, what, blends, clips, drawing.bare, drawing.liquid_levels}];
   if (!found) {
     const std::array constants{Constant{kSpecExactEdges, edges == FaceEdges::exact}, Constant{kSpecBlends, blends},
-                               Constant{kSpecClips, clips}, Constant{kSpecTexelRays, !impostors},
-                               Constant{kSpecLiquidLevels, drawing.liquid_levels}};
+                               Constant{kSpecClips, clips}, Constant{kSpecLiquidLevels, drawing.liquid_levels}};
     GraphicsState state{.colour = {kSeenFormat}, .depth = context.targets.depth_format};
     std::span<const uint32_t> vertex = faces_vert_spv, fragment = faces_frag_spv;
     if (what == Drawn::shapes) vertex = shapes_vert_spv, fragment = shapes_frag_spv;
@@ -139,7 +138,7 @@ world::Status FacesPass::prepare(PassContext& context, const Drawing& drawing, F
   }
   draws_impostors_ = pictured && impostors_.any();
   if (draws_impostors_) {
-    TRY(makes_impostors_, pipeline(context, drawing, Drawn::cubes, false, true));
+    TRY(makes_impostors_, pipeline(context, drawing, Drawn::cubes, false));
     TRY_STATUS(impostors_.prepare(context, drawing, list_.blends));
   }
   draws_billboards_ = clouded && billboards_.any();

@@ -27,11 +27,10 @@ class FacesPass : public Pass {
  private:
   world::Status fit_indices(PassContext& context, uint32_t largest);
   enum class Drawn { cubes, shapes, points };  // points: of shapes
-  world::Result<const Pipeline*> pipeline(PassContext& context, const Drawing& drawing, Drawn what, bool blends,
-                                          bool impostors = false);
+  world::Result<const Pipeline*> pipeline(PassContext& context, const Drawing& drawing, Drawn what, bool blends);
   void record_draws(VkCommandBuffer commands, PassContext& context, bool second);
 
-  std::map<std::tuple<FaceEdges, Drawn, bool, bool, bool, bool, bool>, Pipeline> pipelines_;
+  std::map<std::tuple<FaceEdges, Drawn, bool, bool, bool, bool>, Pipeline> pipelines_;
   OcclusionTest occlusion_;
   Impostors impostors_;  // of what is far, where the knob asks for them
   const Pipeline* makes_impostors_ = nullptr;

@@ -7,6 +7,9 @@
 layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
 layout(binding = kBindImpostors, std430) readonly buffer Impostors { ImpostorDraw impostors[]; };
 
+#define RAY_TO_FRAGMENTS
+#include "render/raster/fragment_ray.glsl.h"
+
 layout(location = 0) flat out vec4 row_x;
 layout(location = 1) flat out vec4 row_y;
 layout(location = 2) flat out vec4 row_w;
@@ -17,6 +20,7 @@ layout(location = 6) flat out vec4 fraction;  // of the camera's voxel, as in Pi
 layout(location = 7) flat out vec3 fraction_rest;
 
 void main() {
+  write_ray();
   const uint i = uint(gl_VertexIndex) >> 2;
   row_x = impostors[i].row_x;
   row_y = impostors[i].row_y;

@@ -164,8 +164,9 @@ void main() {
     const uint face = seen_face(seen.x), block = seen_block(seen.x);
     const int plane = seen_plane(seen, t_end * ray);
     const FacePoint at = face_point(block, face, t_end * ray + picture.fraction.xyz, plane, -direction);
-    behind = fog.added + fog.value * (albedo_of(block) * mirrored_radiance(t_end * ray, at, plane, direction, medium) +
-                                      emission_of(block));
+    const Material material = material_of(block);
+    behind = fog.added + fog.value * (material.albedo * mirrored_radiance(t_end * ray, at, plane, direction, medium) +
+                                      material.emitted);
   }
   behind = max(behind - fog.added, vec3(0));
   const vec3 colour =

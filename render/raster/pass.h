@@ -21,6 +21,7 @@
 #include "render/raster/tree_pool.h"
 #include "render/raster/triangles.h"
 #include "render/shading.h"
+#include "render/textures/texture_set.h"
 
 namespace render::raster {
 
@@ -68,7 +69,7 @@ struct Drawing {
   const SkyView& sky;
   const world::Environment& environment;  // of the sky
   const Lighting& lighting;
-  bool textured;  // some block has a texture, and the knobs ask for it
+  std::span<const TextureOfBlock> block_textures;  // by block; empty: none has one, or the knobs ask for none
   const Shading& shading;
   const RenderKnobs& knobs;
   SurfaceLight::Kind light;

@@ -17,7 +17,7 @@ using world::shared::SkyModel;
 SHARED_CONST uint kBindPicture = 0;    // uniform PictureConstants
 SHARED_CONST uint kBindFaces = 1;      // uvec2 texels: face records
 SHARED_CONST uint kBindChunks = 2;     // ivec4 texels: corner of each chunk, relative to the camera's voxel
-SHARED_CONST uint kBindMaterials = 3;  // vec4 texels: albedo, emitted radiance
+SHARED_CONST uint kBindMaterials = 3;  // uvec4 texels: two a block, shading/picture.glsl.h
 SHARED_CONST uint kBindSeen = 4;       // texture  what each pixel sees
 SHARED_CONST uint kBindRadiance = 5;   // float[3 * pixels]
 SHARED_CONST uint kBindRegions = 6;    // ivec4 texels: shadow grid: hash table, region position and place + 1; 0: free
@@ -57,14 +57,13 @@ SHARED_CONST uint kBindBillboardTexels = 102;  // uint texels: billboard_cloud.h
 // 32..63: light and sky. 64..95: transparency, water, reflections. 96..127: particles, the whole picture.
 SHARED_CONST uint kBindLighting = 32;        // uint[]   luminaires, media, blocks: lighting.shared.h
 SHARED_CONST uint kBindSeenLuminaires = 33;  // uint[]   by tile of the picture: offset and length, then the lists
-SHARED_CONST uint kBindTextureBlocks = 34;   // uvec2 texels: by block: where its tiles begin (0: even), its contrast
+SHARED_CONST uint kBindFaceLit = 34;         // vec4 texels: six by face under the sky, six in the sun: shading/picture.glsl.h
 SHARED_CONST uint kBindTexels = 35;          // vec4 texels, a byte each: render/textures/texture.shared.h
 SHARED_CONST uint kBindBlockerRegions = 36;  // ivec4[]  of what isn't opaque and stands in the sun's way: hash table
 SHARED_CONST uint kBindBlockerLeaves = 37;   // uint[]   as kBindBlockLeaves
 SHARED_CONST uint kBindBlockerCodes = 38;    // uint[]   as kBindBlockIds: kind of see-through block, or kShapeCode
 SHARED_CONST uint kBindBlockerKinds = 39;    // ivec4 low region, w: slots less 1; high region; SeeThroughBlock[]
 SHARED_CONST uint kBindMirrorStrips = 40;    // vec4[]   mirror_stencil_pass.h: relative to the camera
-SHARED_CONST uint kBindRays = 41;            // vec4 texels: corner, step_x and step_y of the picture
 SHARED_CONST uint kBindSecondIndices = 42;   // uint[]   six a face that the second pass draws
 SHARED_CONST uint kBindDrawCounts = 43;      // uint[]   by page: draws of the second pass that draw anything
 SHARED_CONST uint kBindVoxelLeaves = 44;     // ivec4[]  light around triangles: hash table of leaves and place + 1
@@ -105,7 +104,6 @@ SHARED_CONST uint kSpecSeenPutOff = 11;       // kSeenShape, kSeenMesh: what sha
 SHARED_CONST uint kSpecMeshes = 12;           // bool: there are triangles, which rays to lights may meet
 SHARED_CONST uint kSpecMeshPixels = 13;       // bool: pixels may see them
 SHARED_CONST uint kSpecTrianglesAlone = 14;   // bool: they stand for the voxels too: rays to lights meet nothing else
-SHARED_CONST uint kSpecTexelRays = 15;        // bool: rays of pixels are those of kBindRays, else of the constants
 SHARED_CONST uint kSpecLiquidLevels = 16;     // bool: some faces are of liquids that end within their voxels
 SHARED_CONST uint kSpecSkyModel = 32;         // bool: the sky of a time of day
 SHARED_CONST uint kSpecLuminaires = 33;       // bool
@@ -136,8 +134,6 @@ struct PictureConstants {
   vec4 fraction_rest;           // what rounding took off, so that a face at a hair's breadth keeps its side
   vec4 sun;                     // towards the sun; w: view distance, m
   vec4 sky_zenith, sky_horizon, sky_ground;  // radiance
-  vec4 sky_lit[6];                           // radiance of albedo 1 under the sky, by face
-  vec4 sun_lit[6];                           // added where the sun is visible; w: 1 where the face looks towards it
   ivec4 camera_voxel;
   ivec4 region_min, region_max;       // of the shadow grid, inclusive; w of region_min: slots in its table less 1
   vec4 level_sky[4], level_block[4];  // by level: SurfaceLightDecoder
@@ -226,7 +222,7 @@ SHARED_CONST uint kQuadVectors = 9u;
 SHARED_CONST uint kNoQuad = 0xffffffffu;
 
 #ifdef __cplusplus
-static_assert(sizeof(PictureConstants) == (13 + 12 + 14 + 3 + 7 + 2 + 19) * 16);
+static_assert(sizeof(PictureConstants) == (13 + 14 + 3 + 7 + 2 + 19) * 16);
 }  // namespace render::raster
 #endif
 #endif

@@ -29,10 +29,6 @@ PictureConstants picture_constants(const Drawing& drawing, const ShadowGrid& gri
   p.sky_zenith = to_vec4(environment.sky_zenith);
   p.sky_horizon = to_vec4(environment.sky_horizon);
   p.sky_ground = to_vec4(environment.sky_ground);
-  for (int f = 0; f < world::kFaces; ++f) {
-    p.sky_lit[f] = to_vec4(shading.sky_lit[f]);
-    p.sun_lit[f] = to_vec4(shading.sun_lit[f], shading.sun_faces[f] ? 1.0f : 0.0f);
-  }
   for (int level = 0; level < 16; ++level) {
     p.level_sky[level / 4][level % 4] = light.sky[static_cast<size_t>(level)];
     p.level_block[level / 4][level % 4] = light.block[static_cast<size_t>(level)];
@@ -174,9 +170,13 @@ world::Status Rasterizer::bind_shared(const Drawing& drawing) {
   triangle_light_.describe(constants);
   TRY_STATUS(context().fill(picture_, &constants, sizeof constants, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT));
   bindings_.bind(kBindPicture, picture_);
-  const vec4 rays[] = {constants.corner, constants.step_x, constants.step_y};
-  TRY_STATUS(context().fill_texels(rays_, VK_FORMAT_R32G32B32A32_SFLOAT, rays, sizeof rays));
-  bindings_.bind(kBindRays, rays_);
+  vec4 face_lit[2 * world::kFaces];
+  for (int f = 0; f < world::kFaces; ++f) {
+    face_lit[f] = to_vec4(drawing.shading.sky_lit[f]);
+    face_lit[world::kFaces + f] = to_vec4(drawing.shading.sun_lit[f], drawing.shading.sun_faces[f] ? 1.0f : 0.0f);
+  }
+  TRY_STATUS(context().fill_texels(face_lit_, VK_FORMAT_R32G32B32A32_SFLOAT, face_lit, sizeof face_lit));
+  bindings_.bind(kBindFaceLit, face_lit_);
   bindings_.bind(kBindRegions, shadow_grid_.regions());
   bindings_.bind(kBindLeaves, shadow_grid_.leaves());
   bindings_.bind(kBindMasks, shadow_grid_.masks());
@@ -205,7 +205,6 @@ world::Status Rasterizer::bind_shared(const Drawing& drawing) {
         context().fill_texels(sky_table_, VK_FORMAT_R32G32B32A32_SFLOAT, sky.data(), sky.size() * sizeof sky[0]));
     bindings_.bind(kBindSkyTable, sky_table_);
   }
-  bindings_.bind(kBindTextureBlocks, texture_blocks_);
   bindings_.bind(kBindTexels, texels_);
   bindings_.bind(kBindSeen, targets_.seen);
   bindings_.bind(kBindDepth, targets_.depth);
@@ -291,15 +290,11 @@ world::Result<uint64_t> Rasterizer::follow_sun_maps(const SunMaps& maps) {
 
 /// Where there are none, a texel stands for them.
 world::Status Rasterizer::fill_textures(const TextureSet& textures) {
-  texture_blocks_ = {}, texels_ = {};
-  textured_ = !textures.empty();
-  std::vector<glm::uvec2> blocks;
-  for (size_t id = 0; textured_ && id < textures.blocks().size(); ++id)
-    blocks.emplace_back(textures.blocks()[id], std::bit_cast<uint32_t>(textures.contrasts()[id]));
-  TRY_STATUS(
-      context().fill_texels(texture_blocks_, VK_FORMAT_R32G32_UINT, blocks.data(), blocks.size() * sizeof blocks[0]));
+  texels_ = {};
+  block_textures_.clear();
+  if (!textures.empty()) block_textures_ = textures.blocks();
   return context().fill_texels(texels_, VK_FORMAT_R8G8B8A8_SNORM, textures.texels().data(),
-                               textured_ ? textures.texels().size() * sizeof(uint32_t) : 0);
+                               textures.texels().size() * sizeof(uint32_t));
 }
 
 world::Result<uint64_t> Rasterizer::follow_textures(const TextureSet& textures) {
@@ -332,7 +327,7 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
                         sky,
                         sky.environment,
                         lighting_,
-                        textured_,
+                        block_textures_,
                         shading,
                         knobs,
                         light,

@@ -120,14 +120,14 @@ class Rasterizer {
   DrawnTriangles triangles_;
   TriangleLight triangle_light_;
   gpu::Buffer sky_table_;  // for their light
-  gpu::Buffer texture_blocks_, texels_;
+  gpu::Buffer texels_;
   uint64_t textures_version_ = 0;
-  bool textured_ = false;
+  std::vector<TextureOfBlock> block_textures_;  // empty: no block has one
   gpu::Buffer sun_map_;
   shared::SunMapFrame sun_map_frame_{};
   uint64_t sun_map_version_ = 0;
   Targets targets_;
-  gpu::Buffer picture_, rays_, colour_copy_;
+  gpu::Buffer picture_, face_lit_, colour_copy_;
   std::string warning_;
   Bindings bindings_;
   Timestamps times_;

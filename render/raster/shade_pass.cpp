@@ -36,6 +36,7 @@ bool shapes_are_few(const Drawing& drawing) {
 std::vector<Constant> shading_constants(const Drawing& drawing) {
   const RenderKnobs& knobs = drawing.knobs;
   const LightingVariant& lighting = drawing.lighting.variant();
+  const bool textured = !drawing.block_textures.empty();
   return {{kSpecSunShadow, static_cast<uint32_t>(knobs.sun_shadow)},
           {kSpecLight, static_cast<uint32_t>(drawing.light)},
           {kSpecInterpolation, static_cast<uint32_t>(knobs.light_interpolation)},
@@ -46,9 +47,9 @@ std::vector<Constant> shading_constants(const Drawing& drawing) {
           {kSpecBsdf, lighting.bsdf},
           {kSpecLuminaireShadow, lighting.luminaire_shadow},
           {kSpecSkyRays, static_cast<uint32_t>(std::max(knobs.sky_rays, 0))},
-          {kSpecTextures, drawing.textured ? static_cast<uint32_t>(knobs.textures) : 0},
-          {kSpecAnisotropy, drawing.textured ? static_cast<uint32_t>(std::max(knobs.texture_anisotropy, 1)) : 1},
-          {kSpecNormalDetail, drawing.textured ? std::bit_cast<uint32_t>(knobs.normal_detail) : 0},
+          {kSpecTextures, textured ? static_cast<uint32_t>(knobs.textures) : 0},
+          {kSpecAnisotropy, textured ? static_cast<uint32_t>(std::max(knobs.texture_anisotropy, 1)) : 1},
+          {kSpecNormalDetail, textured ? std::bit_cast<uint32_t>(knobs.normal_detail) : 0},
           {kSpecSunMapFilter, static_cast<uint32_t>(std::clamp(knobs.sun_map_filter, 1, 15))},
           {kSpecSunCascades,
            knobs.sun_shadow == SunShadow::map ? static_cast<uint32_t>(std::max(knobs.sun_map_cascades, 0)) : 0},
@@ -155,14 +156,20 @@ world::Status ShadePass::prepare(PassContext& context, const Drawing& drawing, F
   TRY_STATUS(put_off_.fit(context, put_off_pipeline_ ? uint64_t{extent.width} * extent.height : 0));
   context.bindings.bind(kBindPutOff, put_off_.pixels);
   context.bindings.bind(kBindPutOffDispatch, put_off_.dispatch);
-  std::vector<vec4> materials;
+  std::vector<uvec4> materials;
   materials.reserve(drawing.shading.materials.size() * 2);
-  for (const Shading::Material& m : drawing.shading.materials) {
-    materials.emplace_back(m.albedo[0], m.albedo[1], m.albedo[2], 0);
-    materials.emplace_back(m.emitted[0], m.emitted[1], m.emitted[2], 0);
+  for (size_t id = 0; id < drawing.shading.materials.size(); ++id) {
+    const Shading::Material& m = drawing.shading.materials[id];
+    const auto add = [&](const float(&bands)[3], uint32_t w) {
+      materials.emplace_back(std::bit_cast<uint32_t>(bands[0]), std::bit_cast<uint32_t>(bands[1]),
+                             std::bit_cast<uint32_t>(bands[2]), w);
+    };
+    const TextureOfBlock texture = id < drawing.block_textures.size() ? drawing.block_textures[id] : TextureOfBlock{};
+    add(m.albedo, texture.tiles);
+    add(m.emitted, std::bit_cast<uint32_t>(texture.contrast));
   }
-  TRY_STATUS(context.fill_texels(materials_, VK_FORMAT_R32G32B32A32_SFLOAT, materials.data(),
-                                 materials.size() * sizeof(vec4)));
+  TRY_STATUS(
+      context.fill_texels(materials_, VK_FORMAT_R32G32B32A32_UINT, materials.data(), materials.size() * sizeof(uvec4)));
   context.bindings.bind(kBindMaterials, materials_);
   return {};
 }

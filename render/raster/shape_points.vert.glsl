@@ -10,6 +10,9 @@ layout(binding = kBindFaces) uniform usamplerBuffer faces;
 layout(binding = kBindChunks) uniform isamplerBuffer chunks;
 layout(binding = kBindShapeQuads) uniform samplerBuffer quads;
 
+#define RAY_TO_FRAGMENTS
+#include "render/raster/fragment_ray.glsl.h"
+
 layout(location = 0) flat out uvec4 shape;  // its first face, how many; y of `seen`; detail
 layout(location = 1) flat out vec3 voxel;   // relative to the camera
 
@@ -17,6 +20,7 @@ layout(location = 1) flat out vec3 voxel;   // relative to the camera
 const float kRim = 1.0 / 32;
 
 void main() {
+  write_ray();
   const uvec2 record = texelFetch(faces, gl_VertexIndex).xy;
   const int at = int(record.y * kQuadVectors);
   const vec4 low = texelFetch(quads, at + 7), high = texelFetch(quads, at + 8);

@@ -10,11 +10,15 @@ layout(binding = kBindFaces) uniform usamplerBuffer faces;
 layout(binding = kBindChunks) uniform isamplerBuffer chunks;
 layout(binding = kBindShapeQuads) uniform samplerBuffer quads;
 
+#define RAY_TO_FRAGMENTS
+#include "render/raster/fragment_ray.glsl.h"
+
 layout(location = 0) flat out uvec2 seen;
 layout(location = 2) flat out uint detail;
 layout(location = 1) flat out vec3 corner;  // relative to the camera
 
 void main() {
+  write_ray();
   const uvec2 record = texelFetch(faces, gl_VertexIndex >> 2).xy;
   const int at = int(record.y * kQuadVectors);
   const vec4 first = texelFetch(quads, at), along = texelFetch(quads, at + 3);

@@ -13,11 +13,14 @@ layout(binding = kBindLayerSorted, std430) readonly buffer Sorted { uvec4 sorted
 layout(binding = kBindLayerChunks, std430) readonly buffer Chunks { ivec4 chunks[]; };
 
 #include "render/raster/face_vertex.glsl.h"
+#define RAY_TO_FRAGMENTS
+#include "render/raster/fragment_ray.glsl.h"
 
 layout(location = 0) flat out uvec3 seen;      // packed interface, plane, its offset from the camera as a float's bits
 layout(location = 1) flat out vec4 rectangle;  // low u, low v, high u, high v, relative to the camera
 
 void main() {
+  write_ray();
   const uint index = uint(gl_VertexIndex) >> 2;
   const uvec2 record = kSortedRecords ? sorted[index].xy : faces[index];
   const uint chunk = kSortedRecords ? sorted[index].z : uint(gl_InstanceIndex);

@@ -103,8 +103,8 @@ world::Status TextureSet::follow(const world::BlockPalette& palette, const Rende
   if (wanted == palette_) return {};
   palette_ = wanted;
   ++version_;
-  blocks_ = {}, contrasts_ = {}, texels_ = {};
-  blocks_.resize(wanted), contrasts_.resize(wanted);
+  blocks_ = {}, texels_ = {};
+  blocks_.resize(wanted);
   struct Job {
     const Kind* kind;
     uint32_t seed;
@@ -120,10 +120,10 @@ world::Status TextureSet::follow(const world::BlockPalette& palette, const Rende
       return world::input_error(fmt::format(
           "{}: there is no texture \"{}\" (did you mean \"{}\"?); they are: {}", texture->where, texture->kind,
           world::nearest_text(texture->kind, texture_kinds()), fmt::join(texture_kinds(), ", ")));
-    blocks_[id] = static_cast<uint32_t>(1 + jobs.size() * kBlockTexels);  // 0 is no place
     // No albedo reaches 1.
     const float most = block.albedo.max() + block.glossy.max();
-    contrasts_[id] = std::min(texture->contrast, most > 0 ? std::max(0.999f / most - 1, 0.0f) : 0.0f);
+    blocks_[id] = {static_cast<uint32_t>(1 + jobs.size() * kBlockTexels),  // 0 is no place
+                   std::min(texture->contrast, most > 0 ? std::max(0.999f / most - 1, 0.0f) : 0.0f)};
     jobs.push_back({kind, seed_of(block.name)});
   }
   if (jobs.empty()) return {};
@@ -136,19 +136,19 @@ world::Status TextureSet::follow(const world::BlockPalette& palette, const Rende
 
 float TextureSet::factor(const RenderKnobs& knobs, world::BlockId block, world::VoxelPos voxel, int face,
                          const glm::vec3& fraction, const glm::vec3& step_x, const glm::vec3& step_y) const {
-  const uint32_t first = tiles(block);
+  const auto [first, contrast] = of(block);
   if (!first) return 1;
   const int axis = face >> 1;
   const auto place = [axis](const glm::vec3& v) { return shared::texture_place(axis, v); };
-  return 1 + contrasts_[block] * shared::texture_value(texels_.data(), first, static_cast<uint32_t>(knobs.textures),
-                                                       static_cast<uint32_t>(std::max(knobs.texture_anisotropy, 1)),
-                                                       {voxel.x, voxel.y, voxel.z}, static_cast<uint32_t>(face),
-                                                       place(fraction), place(step_x), place(step_y));
+  return 1 + contrast * shared::texture_value(texels_.data(), first, static_cast<uint32_t>(knobs.textures),
+                                              static_cast<uint32_t>(std::max(knobs.texture_anisotropy, 1)),
+                                              {voxel.x, voxel.y, voxel.z}, static_cast<uint32_t>(face), place(fraction),
+                                              place(step_x), place(step_y));
 }
 
 glm::vec3 TextureSet::normal(const RenderKnobs& knobs, world::BlockId block, world::VoxelPos voxel, int face,
                              const glm::vec3& fraction, const glm::vec3& step_x, const glm::vec3& step_y) const {
-  const uint32_t first = tiles(block);
+  const auto [first, contrast] = of(block);
   const int axis = face >> 1;
   if (!first || knobs.normal_detail == 0) {
     glm::vec3 n(0);
@@ -159,7 +159,7 @@ glm::vec3 TextureSet::normal(const RenderKnobs& knobs, world::BlockId block, wor
   return shared::texture_normal(texels_.data(), first, static_cast<uint32_t>(knobs.textures),
                                 static_cast<uint32_t>(std::max(knobs.texture_anisotropy, 1)),
                                 {voxel.x, voxel.y, voxel.z}, static_cast<uint32_t>(face), place(fraction),
-                                place(step_x), place(step_y), knobs.normal_detail * contrasts_[block]);
+                                place(step_x), place(step_y), knobs.normal_detail * contrast);
 }
 
 }  // namespace render

@@ -1,7 +1,7 @@
 /// The texels of a palette's textures: one array that both backends read (texture.shared.h says how), made once for a
 /// palette.
 ///
-///   blocks  [n] where the block's kTextureTiles tiles begin; 0: none
+///   blocks  [n] of each block
 ///   texels  a pyramid a tile, from -1 to 1, 0 in the mean over a block's tiles; four of them a word
 /// cost    22 KiB a textured block of the palette that the world holds
 #pragma once
@@ -16,19 +16,23 @@
 
 namespace render {
 
+struct TextureOfBlock {
+  uint32_t tiles = 0;  // where its kTextureTiles tiles begin in the texels; 0: it has none
+  float contrast = 0;
+};
+
 class TextureSet {
  public:
   /// Made anew where the palette has grown. Fails where a block names a kind that there is none of.
   world::Status follow(const world::BlockPalette& palette, const RenderKnobs& knobs);
   /// No block has one, or the knobs ask for none.
   bool empty() const { return texels_.empty(); }
-  uint32_t tiles(world::BlockId block) const { return block < blocks_.size() ? blocks_[block] : 0; }
-  float contrast(world::BlockId block) const { return contrasts_[block]; }
   const std::vector<uint32_t>& texels() const { return texels_; }
-  const std::vector<uint32_t>& blocks() const { return blocks_; }
-  const std::vector<float>& contrasts() const { return contrasts_; }
+  /// By block; empty where there is none.
+  const std::vector<TextureOfBlock>& blocks() const { return blocks_; }
+  TextureOfBlock of(world::BlockId block) const { return block < blocks_.size() ? blocks_[block] : TextureOfBlock{}; }
   uint64_t version() const { return version_; }
-  size_t bytes() const { return texels_.size() * 4 + blocks_.size() * 8; }
+  size_t bytes() const { return texels_.size() * 4 + blocks_.size() * sizeof(TextureOfBlock); }
 
   /// What the block's albedo is multiplied by at a place of a face. `step_x`, `step_y`: to the next pixels on its
   /// plane, m.
@@ -39,8 +43,8 @@ class TextureSet {
                    const glm::vec3& fraction, const glm::vec3& step_x, const glm::vec3& step_y) const;
 
  private:
-  std::vector<uint32_t> blocks_, texels_;
-  std::vector<float> contrasts_;
+  std::vector<TextureOfBlock> blocks_;
+  std::vector<uint32_t> texels_;
   size_t palette_ = 0;
   uint64_t version_ = 0;
 };

@@ -57,7 +57,7 @@ vec3 decode_light_under(const uint code, const vec3 whole) {
 
 /// SurfaceLightDecoder
 vec3 decode_light(const uint code, const uint face) {
-  return decode_light_under(code, picture_arrays.sky_lit[face].rgb);
+  return decode_light_under(code, sky_lit(face));
 }
 
 bool sees_whole_sky(const uint code) {
@@ -66,7 +66,7 @@ bool sees_whole_sky(const uint code) {
 
 /// Light of a face at a place on it: light_on_face().
 vec3 light_on_face(const ivec3 voxel, const uint face, const vec2 at, const uint own) {
-  vec3 lit = kLight == kLightNone ? picture_arrays.sky_lit[face].rgb : decode_light(own, face);
+  vec3 lit = kLight == kLightNone ? sky_lit(face) : decode_light(own, face);
   const int axis = int(face >> 1);
   const ivec2 axes = light_axes(axis);
   ivec3 step_u = ivec3(0), step_v = ivec3(0), ahead = ivec3(0);

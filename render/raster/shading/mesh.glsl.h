@@ -95,11 +95,12 @@ vec3 mesh_radiance_at(uint triangle, vec3 hit, vec3 ray) {
   }
   vec3 arrives = vec3(sun);
   if (kSunBlockers && sun > 0.0) arrives *= sun_let_through(p.voxel, p.fraction + p.lift * normal);
-  vec3 emitted = smooth_surface ? emission_of(block) : vec3(0);
+  const Material of_block = material_of(block);
+  vec3 emitted = smooth_surface ? of_block.emitted : vec3(0);
   if (!inside) emitted += uintBitsToFloat(texelFetch(meshes, int(picture.meshes.w + 2u * corners.w + 1u)).xyz);
   if (kBsdf) return emitted + scattered_light(p, scatterer_of(block), light, arrives);
   return emitted +
-         albedo_of(block) * (light + arrives * dot(normal, picture.sun.xyz) / 3.14159265 * picture.sun_irradiance.rgb);
+         of_block.albedo * (light + arrives * dot(normal, picture.sun.xyz) / 3.14159265 * picture.sun_irradiance.rgb);
 }
 
 vec3 mesh_radiance(uvec2 seen, vec3 ray, float t) { return mesh_radiance_at(seen.x & ~kSeenMesh, t * ray, ray); }

@@ -15,7 +15,8 @@ layout(constant_id = kSpecCornerOcclusion) const bool kCornerOcclusion = false;
 layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
 #define picture_arrays picture
 #endif
-layout(binding = kBindMaterials) uniform samplerBuffer materials;
+layout(binding = kBindMaterials) uniform usamplerBuffer materials;
+layout(binding = kBindFaceLit) uniform samplerBuffer face_lit;
 
 /// Of a ray with the plane of the face of a cube that a pixel sees; INFINITY and NaN where they are parallel.
 float plane_t(uint axis, int plane, vec3 ray) {
@@ -37,7 +38,20 @@ int seen_plane(uvec2 seen, vec3 hit) {
   return (seen.x & kSeenPlaced) != 0u ? int(round(hit[axis] + picture.fraction[axis])) : int(seen.y);
 }
 
-vec3 albedo_of(uint block) { return texelFetch(materials, int(2u * block)).rgb; }
-vec3 emission_of(uint block) { return texelFetch(materials, int(2u * block + 1u)).rgb; }
+/// Of a block.
+struct Material {
+  vec3 albedo, emitted;
+  uint tiles;      // where its texture's begin in the texels; 0: it has none
+  float contrast;  // of its texture
+};
+Material material_of(uint block) {
+  const uvec4 first = texelFetch(materials, int(2u * block)), second = texelFetch(materials, int(2u * block + 1u));
+  return Material(uintBitsToFloat(first.rgb), uintBitsToFloat(second.rgb), first.w, uintBitsToFloat(second.w));
+}
+
+/// Radiance of an albedo of 1 under the sky alone, by face.
+vec3 sky_lit(uint face) { return texelFetch(face_lit, int(face)).rgb; }
+/// What the sun adds where it is visible; w: 1 where the face looks towards it.
+vec4 sun_lit(uint face) { return texelFetch(face_lit, int(6u + face)); }
 
 #endif

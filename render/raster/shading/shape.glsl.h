@@ -59,9 +59,10 @@ vec3 shape_radiance_at(uint quad, ivec3 cell, vec3 fraction, vec3 ray) {
   p.lift = 0.0;
   p.to_eye = -normalize(ray);
   if (kSkyRays > 0u) light *= open_sky(p);
-  const vec3 emitted = emission_of(block) * texelFetch(quads, at + 2).w;
+  const Material material = material_of(block);
+  const vec3 emitted = material.emitted * texelFetch(quads, at + 2).w;
   if (kBsdf) return emitted + scattered_light(p, scatterer_of(block), light, sun);
-  return albedo_of(block) * (light + sun * in_sun.rgb) + emitted;
+  return material.albedo * (light + sun * in_sun.rgb) + emitted;
 }
 vec3 shape_radiance(uvec2 seen, vec3 ray, float t) {
   const ivec3 cell = shape_cell(seen);

@@ -79,9 +79,10 @@ vec3 scattered_light(const LitPoint p, const Scatterer s, vec3 lit, vec3 sun) {
 vec3 face_radiance(const FacePoint p) {
   const uint face = p.face, axis = face >> 1;
   const bool positive = (face & 1u) == 1u;
-  bool visible = picture_arrays.sun_lit[face].w != 0.0;
+  const vec4 in_sun = sun_lit(face);
+  bool visible = in_sun.w != 0.0;
   if (kSunShadow == kSunShadowRay && visible) visible = sun_visible(p.front, p.fraction, kNoTriangle);
-  vec3 lit = picture_arrays.sky_lit[face].rgb;
+  vec3 lit = sky_lit(face);
   if (kLight != kLightNone || kCornerOcclusion) {
     ivec3 voxel = p.front;
     voxel[axis] -= positive ? 1 : -1;
@@ -121,22 +122,22 @@ vec3 face_radiance(const FacePoint p) {
   at.triangle = kNoTriangle;
   at.lift = 0.0;
   if (kSkyRays > 0u) lit *= open_sky(at);
-  const vec3 emitted = emission_of(p.block);
+  const Material material = material_of(p.block);
   float factor = 1.0;
   if (kTextures != kTextureOff && !p.bare) {
     ivec3 voxel = p.front;
     voxel[axis] -= positive ? 1 : -1;
-    factor = texture_factor(p.block, voxel, face, p.fraction, p.step_x, p.step_y);
+    factor = texture_factor(material, voxel, face, p.fraction, p.step_x, p.step_y);
     if (kNormalDetail != 0.0)
-      at.normal = textured_normal(p.block, voxel, face, p.fraction, p.step_x, p.step_y, at.normal);
+      at.normal = textured_normal(material, voxel, face, p.fraction, p.step_x, p.step_y, at.normal);
   }
   if (!kBsdf) {
-    vec3 albedo = albedo_of(p.block);
+    vec3 albedo = material.albedo;
     if (kTextures != kTextureOff) albedo *= factor;
-    vec3 sun_lit = picture_arrays.sun_lit[face].rgb;
+    vec3 of_sun = in_sun.rgb;
     if (kTextures != kTextureOff && kNormalDetail != 0.0)
-      sun_lit *= max(dot(at.normal, picture.sun.xyz), 0.0) / max(abs(picture.sun[axis]), 1e-6);
-    return albedo * (lit + sun * sun_lit) + emitted;
+      of_sun *= max(dot(at.normal, picture.sun.xyz), 0.0) / max(abs(picture.sun[axis]), 1e-6);
+    return albedo * (lit + sun * of_sun) + material.emitted;
   }
   Scatterer scatterer = scatterer_of(p.block);
   if (p.layer) scatterer.parameters.coverage = 1.0;
@@ -144,7 +145,7 @@ vec3 face_radiance(const FacePoint p) {
     scatterer.albedo *= factor;
     scatterer.parameters.lambertian *= factor;
   }
-  return emitted + scattered_light(at, scatterer, lit, sun);
+  return material.emitted + scattered_light(at, scatterer, lit, sun);
 }
 
 #endif

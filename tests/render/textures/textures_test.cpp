@@ -27,30 +27,30 @@ TEST(Textures, KeepTheMeanAlbedoAndNeverReachOne) {
   int textured = 0;
   for (size_t id = 0; id < palette.size(); ++id) {
     const auto block = static_cast<world::BlockId>(id);
-    if (!set.tiles(block)) continue;
+    if (!set.of(block).tiles) continue;
     ++textured;
     double sum = 0, least = 0, most = 0, spread = 0;
     for (uint32_t t = 0; t < shared::kTextureTiles; ++t)
       for (uint32_t i = 0; i < 1024; ++i) {
-        const double n = texel(set, set.tiles(block) + t * shared::kTextureTileTexels + i);
+        const double n = texel(set, set.of(block).tiles + t * shared::kTextureTileTexels + i);
         sum += n, spread += n * n, least = std::min(least, n), most = std::max(most, n);
       }
     const double count = 1024 * shared::kTextureTiles;
     EXPECT_NEAR(sum / count, 0, 1e-5) << palette[block].name;
     EXPECT_NEAR(std::max(most, -least), 1, 1e-6) << palette[block].name;
     EXPECT_GT(std::sqrt(spread / count), 0.1) << palette[block].name << " is all but even";
-    EXPECT_LT((palette[block].albedo + palette[block].glossy).max() * (1 + set.contrast(block)), 1);
+    EXPECT_LT((palette[block].albedo + palette[block].glossy).max() * (1 + set.of(block).contrast), 1);
     // Each level is the mean of the one before, rounded to a 127th.
     double level = 0;
-    for (uint32_t i = 0; i < 1024; ++i) level += texel(set, set.tiles(block) + i) / 1024;
-    EXPECT_NEAR(texel(set, set.tiles(block) + shared::kTextureTileTexels - 1), level, 0.5 / 127 + 1e-5);
+    for (uint32_t i = 0; i < 1024; ++i) level += texel(set, set.of(block).tiles + i) / 1024;
+    EXPECT_NEAR(texel(set, set.of(block).tiles + shared::kTextureTileTexels - 1), level, 0.5 / 127 + 1e-5);
   }
   EXPECT_GT(textured, 150);
 }
 
 TEST(Textures, AWordHoldsTheTexelsBesideAndAboveWrapped) {
   const TextureSet& set = standard_textures();
-  const uint32_t tile = set.tiles(*world::standard_blocks().find("stone"));
+  const uint32_t tile = set.of(*world::standard_blocks().find("stone")).tiles;
   uint32_t first = tile;
   for (uint32_t size = 32; size >= 1; first += size * size, size /= 2)
     for (uint32_t y = 0; y < size; ++y)
