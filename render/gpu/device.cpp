@@ -395,6 +395,25 @@ world::Result<Buffer> make_texel_buffer(Device& device, VkDeviceSize size, VkFor
   return buffer;
 }
 
+world::Status fill(Device& device, Buffer& buffer, const void* data, size_t bytes, VkBufferUsageFlags usage,
+                   MemoryUse use) {
+  if (buffer.size < bytes || !buffer.handle) {
+    TRY(buffer, make_buffer(device, bytes + bytes / 2, usage, use));
+  }
+  if (bytes && data) std::memcpy(buffer.mapped(), data, bytes);
+  return {};
+}
+
+world::Status fill_texels(Device& device, Buffer& buffer, VkFormat format, const void* data, size_t bytes) {
+  if (buffer.size < bytes || !buffer.handle) {
+    const size_t most = device.limits().maxTexelBufferElements;  // a texel is at least a byte
+    const size_t room = std::max(bytes, std::min(bytes + bytes / 2, most));
+    TRY(buffer, make_texel_buffer(device, room, format, 0, MemoryUse::upload));
+  }
+  if (bytes) std::memcpy(buffer.mapped(), data, bytes);
+  return {};
+}
+
 namespace {
 
 world::Result<DeviceImage> make_tiled_image(Device& device, VkExtent2D extent, VkFormat format, VkImageUsageFlags usage,

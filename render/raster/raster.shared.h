@@ -67,8 +67,8 @@ SHARED_CONST uint kBindMirrorStrips = 40;    // vec4[]   mirror_stencil_pass.h: 
 SHARED_CONST uint kBindRays = 41;            // vec4 texels: corner, step_x and step_y of the picture
 SHARED_CONST uint kBindSecondIndices = 42;   // uint[]   six a face that the second pass draws
 SHARED_CONST uint kBindDrawCounts = 43;      // uint[]   by page: draws of the second pass that draw anything
-SHARED_CONST uint kBindVoxelLeaves = 44;     // ivec4[]  light around triangles: hash table of leaves and place + 1
-SHARED_CONST uint kBindVoxelCodes = 45;      // uint[]   512 a leaf, or six times that: triangle_light.h
+SHARED_CONST uint kBindVoxelLeaves = 44;     // ivec4 texels: light around triangles: hash table of leaves and place + 1
+SHARED_CONST uint kBindVoxelCodes = 45;      // uint texels: 512 a leaf, or six times that: triangle_light.h
 
 /// Codes of voxels, in the grids of blockers and of blocks, from here on: a shape, and the number of its first quad.
 SHARED_CONST uint kShapeCode = 0x8000u;
