@@ -25,7 +25,8 @@ SHARED_CONST uint kBindLeaves = 7;     // uint texels: shadow grid: 16^3 a regio
 SHARED_CONST uint kBindMasks = 8;      // uint texels: shadow grid: 16 a mixed leaf, 4x2x4 voxels each
 SHARED_CONST uint kBindDepth = 9;      // texture  depth of what is drawn so far
 SHARED_CONST uint kBindTiles = 10;     // float[], or texels: farthest depth of each tile of pixels
-SHARED_CONST uint kBindCandidates = 11;  // uvec4[4n] clusters that the occlusion test looks at: Candidate of culling.h
+SHARED_CONST uint kBindCandidates = 11;  // uvec4 texels: four a cluster that the occlusion test looks at: Candidate of
+                                         // culling.h
 SHARED_CONST uint kBindDraws = 12;       // uint[]   indirect draws
 SHARED_CONST uint kBindVisible = 13;     // uint[4n]  of each candidate's records which may be seen, a bit each
 SHARED_CONST uint kBindLightRegions = 14;  // ivec4 texels: light on faces: hash table, as kBindRegions
