@@ -260,13 +260,13 @@ Device::~Device() {
     CHECK(memory_.close());
     vkDestroyDevice(device_, nullptr);
   }
-  if (surface_) {
-    // Devices that were made meanwhile may have replaced what the loader gave for this instance.
-    const auto destroy_surface =
-        reinterpret_cast<PFN_vkDestroySurfaceKHR>(vkGetInstanceProcAddr(instance_, "vkDestroySurfaceKHR"));
-    destroy_surface(instance_, surface_, nullptr);
-  }
-  if (messenger_) vkDestroyDebugUtilsMessengerEXT(instance_, messenger_, nullptr);
+  // Devices that were made meanwhile may have replaced what the loader gave for this instance, by nothing too.
+  const auto of_instance = [&](const char* name) { return vkGetInstanceProcAddr(instance_, name); };
+  if (surface_)
+    reinterpret_cast<PFN_vkDestroySurfaceKHR>(of_instance("vkDestroySurfaceKHR"))(instance_, surface_, nullptr);
+  if (messenger_)
+    reinterpret_cast<PFN_vkDestroyDebugUtilsMessengerEXT>(of_instance("vkDestroyDebugUtilsMessengerEXT"))(
+        instance_, messenger_, nullptr);
   if (instance_) vkDestroyInstance(instance_, nullptr);
 }
 
