@@ -18,7 +18,9 @@ SHARED_CONST uint kBindLayerHeads = 68;      // uimage   lists: of a pixel kFirs
 SHARED_CONST uint kBindLayerNodes = 69;      // uvec4[], or texels: lists: the node before, packed interface, plane
 SHARED_CONST uint kBindLayerCount = 70;      // uint     lists: nodes asked for
 SHARED_CONST uint kBindLayerShown = 71;      // texture  weighted: sum of weight * (radiance, 1 - passed)
+                                             //          sorted: what layers show
 SHARED_CONST uint kBindLayerDepth = 72;      // texture  weighted: optical depth; a: -log of what passes all layers
+                                             //          sorted: what passes them
 SHARED_CONST uint kBindLayerRest = 73;       // texture  weighted: absorption that is entered and not left
 SHARED_CONST uint kBindBlockRegions = 74;    // ivec4[]  grid of blocks: hash table, as kBindRegions
 SHARED_CONST uint kBindBlockLeaves = 75;     // uint[]   4096 a region: kBlockUniform | block, or place of its ids
