@@ -260,13 +260,13 @@ Device::~Device() {
     CHECK(memory_.close());
     vkDestroyDevice(device_, nullptr);
   }
-  if (surface_) {
-    // Devices that were made meanwhile may have replaced what the loader gave for this instance.
-    const auto destroy_surface =
-        reinterpret_cast<PFN_vkDestroySurfaceKHR>(vkGetInstanceProcAddr(instance_, "vkDestroySurfaceKHR"));
-    destroy_surface(instance_, surface_, nullptr);
-  }
-  if (messenger_) vkDestroyDebugUtilsMessengerEXT(instance_, messenger_, nullptr);
+  // Devices that were made meanwhile may have replaced what the loader gave for this instance, by nothing too.
+  const auto of_instance = [&](const char* name) { return vkGetInstanceProcAddr(instance_, name); };
+  if (surface_)
+    reinterpret_cast<PFN_vkDestroySurfaceKHR>(of_instance("vkDestroySurfaceKHR"))(instance_, surface_, nullptr);
+  if (messenger_)
+    reinterpret_cast<PFN_vkDestroyDebugUtilsMessengerEXT>(of_instance("vkDestroyDebugUtilsMessengerEXT"))(
+        instance_, messenger_, nullptr);
   if (instance_) vkDestroyInstance(instance_, nullptr);
 }
 
@@ -393,6 +393,25 @@ world::Result<Buffer> make_texel_buffer(Device& device, VkDeviceSize size, VkFor
   VK_CHECK(vkCreateBufferView(device.handle(), &info, nullptr, &view));
   buffer.texels = Owned<VkBufferView>(device, view);
   return buffer;
+}
+
+world::Status fill(Device& device, Buffer& buffer, const void* data, size_t bytes, VkBufferUsageFlags usage,
+                   MemoryUse use) {
+  if (buffer.size < bytes || !buffer.handle) {
+    TRY(buffer, make_buffer(device, bytes + bytes / 2, usage, use));
+  }
+  if (bytes && data) std::memcpy(buffer.mapped(), data, bytes);
+  return {};
+}
+
+world::Status fill_texels(Device& device, Buffer& buffer, VkFormat format, const void* data, size_t bytes) {
+  if (buffer.size < bytes || !buffer.handle) {
+    const size_t most = device.limits().maxTexelBufferElements;  // a texel is at least a byte
+    const size_t room = std::max(bytes, std::min(bytes + bytes / 2, most));
+    TRY(buffer, make_texel_buffer(device, room, format, 0, MemoryUse::upload));
+  }
+  if (bytes) std::memcpy(buffer.mapped(), data, bytes);
+  return {};
 }
 
 namespace {

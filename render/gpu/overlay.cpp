@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "overlay.frag.spv.h"
 #include "overlay.vert.spv.h"
@@ -30,15 +29,6 @@ world::Result<Owned<VkSampler>> make_sampler(Device& device, VkFilter filter) {
   VkSampler sampler = VK_NULL_HANDLE;
   VK_CHECK(vkCreateSampler(device.handle(), &info, nullptr, &sampler));
   return Owned<VkSampler>(device, sampler);
-}
-
-world::Status fill(Device& device, Buffer& buffer, const void* data, size_t bytes, VkBufferUsageFlags usage) {
-  if (!buffer.handle || buffer.size < bytes) {
-    buffer = {};
-    TRY(buffer, make_buffer(device, std::max<size_t>(bytes * 3 / 2, 4096), usage, MemoryUse::upload));
-  }
-  if (bytes > 0) std::memcpy(buffer.mapped(), data, bytes);
-  return {};
 }
 
 }  // namespace

@@ -61,6 +61,12 @@ world::Result<Buffer> make_texel_buffer(Device& device, VkDeviceSize size, VkFor
                                         MemoryUse use);
 world::Result<DeviceImage> make_image(Device& device, VkExtent2D extent, VkFormat format, VkImageUsageFlags usage,
                                       VkImageAspectFlags aspect);
+/// Puts bytes into a buffer, which is made anew, with room for half as many more, where they don't fit. Without data it
+/// only grows.
+world::Status fill(Device& device, Buffer& buffer, const void* data, size_t bytes, VkBufferUsageFlags usage,
+                   MemoryUse use = MemoryUse::upload);
+/// The same for a buffer of texels, within what the device reads of one.
+world::Status fill_texels(Device& device, Buffer& buffer, VkFormat format, const void* data, size_t bytes);
 /// One of colour whose rows the processor reads where they lie, if the device is a processor itself, which places
 /// texels row by row anyway; any other gets that of make_image(), with row_bytes 0.
 world::Result<DeviceImage> make_host_image(Device& device, VkExtent2D extent, VkFormat format, VkImageUsageFlags usage);

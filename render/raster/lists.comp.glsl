@@ -11,12 +11,11 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = kSpecCoveragePattern) const uint kCoveragePattern = 0u;
 layout(binding = kBindColour, rgba32f) uniform image2D colour_image;
 layout(binding = kBindLayerHeads, r32ui) uniform uimage2D heads;
-layout(binding = kBindLayerNodes, std430) readonly buffer Nodes { uint nodes[]; };
-layout(constant_id = kSpecOwnNodes) const bool kOwnNodes = false;
-layout(binding = kBindLayerOwnNodes, std430) readonly buffer OwnNodes { uvec2 own_nodes[]; };
+layout(binding = kBindLayerNodes) uniform usamplerBuffer nodes;
+layout(binding = kBindLayerOwnNodes) uniform utexture2D own_nodes;
 layout(constant_id = kSpecListedTiles) const bool kListedTiles = false;
 layout(binding = kBindLayerTileListed, std430) writeonly buffer TileListed { uint tile_listed[]; };
-layout(binding = kBindLayerTiles, std430) readonly buffer Tiles { uint tiles[]; };
+layout(binding = kBindLayerTiles) uniform usamplerBuffer tiles;
 
 /// A share of the picture below which a mirrored ray is not worth its cost.
 const float kLeastMirrored = 0.004;
@@ -24,11 +23,10 @@ const float kLeastMirrored = 0.004;
 uvec2 own_node = uvec2(0);  // of the pixel
 /// Of a node the interface and its plane; and the node before it, 0: none.
 uvec2 interface_in(uint node) {
-  if (kOwnNodes && node == kOwnNode) return own_node;
-  const uint at = 3u * (node - kFirstNode);
-  return uvec2(nodes[at + 1u], nodes[at + 2u]);
+  if (node == kOwnNode) return own_node;
+  return texelFetch(nodes, int(node - kFirstNode)).yz;
 }
-uint node_before(uint node) { return kOwnNodes && node == kOwnNode ? 0u : nodes[3u * (node - kFirstNode)]; }
+uint node_before(uint node) { return node == kOwnNode ? 0u : texelFetch(nodes, int(node - kFirstNode)).x; }
 
 /// t of the node's plane, and of equal ones by axis.
 vec2 order_of(uint node, vec3 ray) {
@@ -48,17 +46,17 @@ struct Bend {
 void main() {
   read_picture();
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-  const uint width = uint(layers.eye.w);
   if (kListedTiles) {
-    const ivec2 tile = ivec2(tiles[gl_WorkGroupID.x] & 0xffffu, tiles[gl_WorkGroupID.x] >> 16);
+    const uint place = texelFetch(tiles, int(gl_WorkGroupID.x)).r;
+    const ivec2 tile = ivec2(place & 0xffffu, place >> 16);
     pixel = 8 * tile + ivec2(gl_LocalInvocationID.xy);
-    if (gl_LocalInvocationIndex == 0u) tile_listed[uint(tile.y) * ((width + 7u) >> 3) + uint(tile.x)] = 0u;
+    if (gl_LocalInvocationIndex == 0u) tile_listed[tile_place(tile.x, tile.y, layers.eye.w)] = 0u;
   }
   if (any(greaterThanEqual(pixel, ivec2(picture.screen.xy)))) return;
   const uint head = imageLoad(heads, pixel).x, eye = uint(layers.eye.x);
   // The next picture finds it empty.
   if (head != 0u) imageStore(heads, pixel, uvec4(0));
-  if (kOwnNodes && head != 0u) own_node = own_nodes[uint(pixel.y) * width + uint(pixel.x)];
+  if (head != 0u) own_node = texelFetch(own_nodes, pixel, 0).xy;
   const uvec2 seen = texelFetch(seen_image, pixel, 0).xy;
   bool mirror = kReflection != kReflectionNone && seen.x != 0u && (seen.x & kSeenNoFace) == 0u &&
                       (block_kinds[2u * seen_block(seen.x) + 1u] & 1u) != 0u;
@@ -77,7 +75,7 @@ void main() {
   Bend bend;
   bend.found = bend.left = false;
   for (bool more = true; more;) {
-    more = !kOwnNodes || head != kOwnNode;  // which is alone
+    more = head != kOwnNode;  // which is alone
     vec2 nearest = vec2(t_end, 4);
     uint next = 0u;
     for (uint node = head; node != 0u; node = node_before(node)) {

@@ -1,8 +1,8 @@
 /// transparency=lists: every interface goes into a list of its pixel, and a compute pass puts them in exact order.
 ///
 ///   heads  [pixels] uint          which node is the last
-///   own    [pixels] 2 uint        the interface and its plane of the first node, where a buffer for all fits
-///   nodes  [n] 3 uint             the node before, the interface, its plane; 12 bytes a further layer of a pixel
+///   own    [pixels] 2 uint        the interface and its plane of the first node
+///   nodes  [n] 4 uint             the node before, the interface, its plane; 16 bytes a further layer of a pixel
 /// Where the nodes don't fit, they are counted, and the picture is drawn again with room for them. Beyond what a buffer
 /// of the device holds they are dropped; row "transparency_dropped" says how many.
 /// source  Jason Yang, Justin Hensley, Holger Gruen, Nicolas Thibieroz. Real-Time Concurrent Linked List Construction
@@ -19,7 +19,8 @@ namespace render::raster {
 
 namespace {
 
-constexpr uint32_t kNodeBytes = 12, kOwnNodeBytes = 8;
+constexpr VkFormat kOwnFormat = VK_FORMAT_R32G32_UINT;
+constexpr uint32_t kNodeBytes = 16;
 constexpr uint32_t kNoTiles[] = {0, 1, 1};  // of a dispatch
 
 class ListOrder : public LayerOrder {
@@ -34,21 +35,22 @@ class ListOrder : public LayerOrder {
     TRY(count_, gpu::make_buffer(context.device, sizeof(uint32_t), kStorage | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
                                  gpu::MemoryUse::readback));
     const VkPhysicalDeviceLimits& limits = context.device.limits();
-    const uint64_t own_bytes = uint64_t{extent.width} * extent.height * kOwnNodeBytes;
-    own_nodes_ = own_bytes <= limits.maxStorageBufferRange;
-    TRY(own_, gpu::make_buffer(context.device, own_nodes_ ? own_bytes : 0, kStorage, gpu::MemoryUse::device));
+    TRY(own_,
+        gpu::make_image(context.device, extent, kOwnFormat,
+                        VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT, VK_IMAGE_ASPECT_COLOR_BIT));
     const uint64_t tiles = uint64_t{(extent.width + 7) / 8} * ((extent.height + 7) / 8);
-    can_list_ = own_nodes_ && tiles <= limits.maxComputeWorkGroupCount[0];
+    can_list_ = tiles <= limits.maxComputeWorkGroupCount[0];
     const uint64_t tile_bytes = can_list_ ? tiles * sizeof(uint32_t) : sizeof(uint32_t);
-    TRY(tiles_, gpu::make_buffer(context.device, tile_bytes, kStorage, gpu::MemoryUse::device));
+    TRY(tiles_,
+        gpu::make_texel_buffer(context.device, tile_bytes, VK_FORMAT_R32_UINT, kStorage, gpu::MemoryUse::device));
     TRY(tile_listed_, gpu::make_buffer(context.device, tile_bytes, kStorage | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
                                        gpu::MemoryUse::device));
     TRY(dispatch_, gpu::make_buffer(context.device, sizeof kNoTiles,
                                     kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
                                     gpu::MemoryUse::device));
     cleared_ = false;
-    most_ = context.device.limits().maxStorageBufferRange / kNodeBytes;
-    wanted_ = std::clamp(extent.width * extent.height / (own_nodes_ ? 4 : 1), 4096u, most_);
+    most_ = std::min(limits.maxStorageBufferRange / kNodeBytes, limits.maxTexelBufferElements);
+    wanted_ = std::clamp(extent.width * extent.height / 4, 4096u, most_);
     return {};
   }
 
@@ -56,8 +58,8 @@ class ListOrder : public LayerOrder {
                         LayerConstants& constants) override {
     if (!nodes_.handle || nodes_.size < uint64_t{wanted_} * kNodeBytes) {
       nodes_ = {};
-      TRY(nodes_, gpu::make_buffer(context.device, uint64_t{wanted_} * kNodeBytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                                   gpu::MemoryUse::device));
+      TRY(nodes_, gpu::make_texel_buffer(context.device, uint64_t{wanted_} * kNodeBytes, VK_FORMAT_R32G32B32A32_UINT,
+                                         VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::MemoryUse::device));
     }
     constants.eye.y = static_cast<int>(wanted_);
     constants.eye.w = drawing.width;
@@ -67,11 +69,11 @@ class ListOrder : public LayerOrder {
                                      {{kSpecCoveragePattern, static_cast<uint32_t>(drawing.knobs.coverage_pattern)},
                                       {kSpecRefraction, static_cast<uint32_t>(drawing.knobs.refraction)},
                                       {kSpecReflection, static_cast<uint32_t>(drawing.knobs.reflection)},
-                                      {kSpecOwnNodes, own_nodes_},
                                       {kSpecListedTiles, listed_}});
     if (!list_ || all != made_for_) {
       TRY(list_, make_graphics(context.device, transparency_vert_spv, lists_frag_spv,
-                               {.depth = context.targets.depth_format,
+                               {.colour = {kOwnFormat},
+                                .depth = context.targets.depth_format,
                                 .depth_write = false,
                                 .depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL},
                                all));
@@ -105,16 +107,18 @@ class ListOrder : public LayerOrder {
       const VkClearColorValue none{};
       const VkImageSubresourceRange all{VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
       vkCmdClearColorImage(commands, heads_.handle, VK_IMAGE_LAYOUT_GENERAL, &none, 1, &all);
+      image_discard(commands, own_.handle, VK_IMAGE_ASPECT_COLOR_BIT, kComputeRead, kColourReadWrite);
       vkCmdFillBuffer(commands, tile_listed_.handle, 0, VK_WHOLE_SIZE, 0);
       cleared_ = true;  // from here on the compute pass clears what it has read
     }
     vkCmdFillBuffer(commands, count_.handle, 0, sizeof(uint32_t), 0);
     vkCmdUpdateBuffer(commands, dispatch_.handle, 0, sizeof kNoTiles, kNoTiles);
-    memory_barrier(commands, kClearWrite | kComputeReadWrite, kFragmentReadWrite);
-    begin_rendering(commands, context.targets, {}, context.targets.depth.view, false);
+    memory_barrier(commands, kClearWrite | kComputeReadWrite, kFragmentReadWrite | kColourReadWrite);
+    begin_rendering(commands, context.targets, {own_.view.address(), 1}, context.targets.depth.view, false);
     draws.record(commands, context, list_);
     vkCmdEndRendering(commands);
-    memory_barrier(commands, kClearWrite | kFragmentReadWrite, kComputeReadWrite | kHostRead | kIndirectRead);
+    memory_barrier(commands, kClearWrite | kFragmentReadWrite | kColourReadWrite,
+                   kComputeReadWrite | kHostRead | kIndirectRead);
     context.times.mark(commands, "transparency_resolve");
     if (copies_) copy_behind(commands, context.targets);
     context.bindings.use(commands, resolve_);
@@ -177,11 +181,11 @@ class ListOrder : public LayerOrder {
 
   Pipeline list_, resolve_;
   std::vector<Constant> made_for_;
-  gpu::DeviceImage heads_, behind_;
-  gpu::Buffer nodes_, own_, count_, tiles_, tile_listed_, dispatch_, mirrored_;
+  gpu::DeviceImage heads_, own_, behind_;
+  gpu::Buffer nodes_, count_, tiles_, tile_listed_, dispatch_, mirrored_;
   uint32_t wanted_ = 0, most_ = 0;  // nodes
   bool again_ = false, copies_ = false;
-  bool own_nodes_ = false, can_list_ = false;
+  bool can_list_ = false;
   bool listed_ = false;   // tiles that have a layer are in tiles_, and no others change
   bool cleared_ = false;  // heads and tile_listed_ are 0 between pictures
 };

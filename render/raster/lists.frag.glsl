@@ -11,10 +11,8 @@ layout(constant_id = kSpecExactEdges) const bool kExactEdges = true;
 layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
 layout(binding = kBindLayerConstants) uniform Layers { LayerConstants layers; };
 layout(binding = kBindLayerHeads, r32ui) uniform uimage2D heads;
-layout(binding = kBindLayerNodes, std430) writeonly buffer Nodes { uint nodes[]; };
+layout(binding = kBindLayerNodes, std430) writeonly buffer Nodes { uvec4 nodes[]; };
 layout(binding = kBindLayerCount, std430) buffer Count { uint count; };
-layout(constant_id = kSpecOwnNodes) const bool kOwnNodes = false;
-layout(binding = kBindLayerOwnNodes, std430) writeonly buffer OwnNodes { uvec2 own_nodes[]; };
 layout(constant_id = kSpecListedTiles) const bool kListedTiles = false;
 layout(binding = kBindLayerTileListed, std430) buffer TileListed { uint tile_listed[]; };
 layout(binding = kBindLayerTiles, std430) writeonly buffer Tiles { uint tiles[]; };
@@ -24,23 +22,23 @@ layout(binding = kBindLayerDispatch, std430) buffer Dispatch { uint tile_count, 
 
 layout(location = 0) flat in uvec3 seen;
 layout(location = 1) flat in vec4 rectangle;
+layout(location = 0) out uvec2 own_node;
 
 void main() {
-  if (kExactEdges && !meets_rectangle(seen.x >> 14u & 3u, uintBitsToFloat(seen.z), rectangle, fragment_ray())) return;
+  if (kExactEdges && !meets_rectangle(seen.x >> 14u & 3u, uintBitsToFloat(seen.z), rectangle, fragment_ray())) discard;
   const ivec2 pixel = ivec2(gl_FragCoord.xy);
-  if (kOwnNodes && imageAtomicCompSwap(heads, pixel, 0u, kOwnNode) == 0u) {
-    const uint width = uint(layers.eye.w);
-    own_nodes[uint(pixel.y) * width + uint(pixel.x)] = seen.xy;
+  own_node = seen.xy;
+  if (imageAtomicCompSwap(heads, pixel, 0u, kOwnNode) == 0u) {
     if (kListedTiles) {
-      const uint tile = uint(pixel.y >> 3) * ((width + 7u) >> 3) + uint(pixel.x >> 3);
+      const int tile = tile_place(pixel.x >> 3, pixel.y >> 3, layers.eye.w);
       if (tile_listed[tile] == 0u && atomicExchange(tile_listed[tile], 1u) == 0u)
         tiles[atomicAdd(tile_count, 1u)] = uint(pixel.x >> 3) | uint(pixel.y >> 3) << 16;
     }
     return;
   }
   const uint node = atomicAdd(count, 1u);
-  if (node >= uint(layers.eye.y)) return;  // counted: the next try has room
-  nodes[3u * node] = imageAtomicExchange(heads, pixel, node + kFirstNode);
-  nodes[3u * node + 1u] = seen.x;
-  nodes[3u * node + 2u] = seen.y;
+  // Beyond those that fit it is only counted: the next try has room.
+  if (node < uint(layers.eye.y))
+    nodes[node].xyz = uvec3(imageAtomicExchange(heads, pixel, node + kFirstNode), seen.xy);
+  discard;
 }

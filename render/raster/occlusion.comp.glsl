@@ -10,7 +10,7 @@ layout(push_constant) uniform Range { uint begin, end; };  // of candidates: tho
 layout(binding = kBindFaces) uniform usamplerBuffer faces;
 layout(binding = kBindChunks) uniform isamplerBuffer chunks;
 layout(binding = kBindTiles) uniform samplerBuffer tiles;
-layout(binding = kBindCandidates, std430) readonly buffer Candidates { uvec4 candidates[]; };
+layout(binding = kBindCandidates) uniform usamplerBuffer candidates;
 layout(binding = kBindDraws, std430) writeonly buffer Draws { uint draws[]; };  // 5 words: indexCount, instanceCount..
 layout(binding = kBindVisible, std430) writeonly buffer Visible { uint visible[]; };
 layout(binding = kBindSecondIndices, std430) writeonly buffer Indices { uint indices[]; };
@@ -106,10 +106,11 @@ void main() {
   uvec4 rest = uvec4(0);  // first, count, room, by_face
   int draw = -1;
   if (i < end) {
-    const ivec4 low = ivec4(candidates[4u * i]), high = ivec4(candidates[4u * i + 1u]);
-    rest = candidates[4u * i + 3u];
+    const int at = 4 * int(i);
+    const ivec4 low = ivec4(texelFetch(candidates, at)), high = ivec4(texelFetch(candidates, at + 1));
+    rest = texelFetch(candidates, at + 3);
     draw = low.w;
-    const uint drawn = candidates[4u * i + 2u][word], records = min(rest.y - min(rest.y, 32u * word), 32u);
+    const uint drawn = texelFetch(candidates, at + 2)[word], records = min(rest.y - min(rest.y, 32u * word), 32u);
     if (box_may_be_seen(vec3(low.xyz) - picture.fraction.xyz, vec3(high.xyz) - picture.fraction.xyz)) {
       if (rest.w == 0u) {
         seen = ~0u;

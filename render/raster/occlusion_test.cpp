@@ -34,8 +34,8 @@ world::Status OcclusionTest::prepare(PassContext& context, const DrawList& list,
   ends_ = list.candidates_end;
   draw_ends_ = list.second_end;
   first_draw_ = list.first_end.empty() ? 0 : list.first_end.back();
-  TRY_STATUS(context.fill(candidates_, list.candidates.data(), list.candidates.size() * sizeof(Candidate),
-                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
+  TRY_STATUS(context.fill_texels(candidates_, VK_FORMAT_R32G32B32A32_UINT, list.candidates.data(),
+                                 list.candidates.size() * sizeof(Candidate)));
   TRY_STATUS(context.fill(visible_, nullptr, list.candidates.size() * sizeof(RecordBits),
                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::MemoryUse::readback));
   TRY_STATUS(context.fill(second_indices_, nullptr, list.second_faces * uint64_t{6 * sizeof(uint32_t)},

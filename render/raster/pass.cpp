@@ -55,23 +55,6 @@ world::Status Timestamps::report(FrameReport& report) const {
   return {};
 }
 
-world::Status PassContext::fill(gpu::Buffer& buffer, const void* data, size_t bytes, VkBufferUsageFlags usage,
-                                gpu::MemoryUse use) const {
-  if (buffer.size < bytes || !buffer.handle) {
-    TRY(buffer, gpu::make_buffer(device, bytes + bytes / 2, usage, use));
-  }
-  if (bytes && data) std::memcpy(buffer.mapped(), data, bytes);
-  return {};
-}
-
-world::Status PassContext::fill_texels(gpu::Buffer& buffer, VkFormat format, const void* data, size_t bytes) const {
-  if (buffer.size < bytes || !buffer.handle) {
-    TRY(buffer, gpu::make_texel_buffer(device, bytes + bytes / 2, format, 0, gpu::MemoryUse::upload));
-  }
-  if (bytes) std::memcpy(buffer.mapped(), data, bytes);
-  return {};
-}
-
 PassReport& row_of(FrameReport& report, std::string_view name) {
   const auto row = std::find_if(report.passes.begin(), report.passes.end(), [&](auto& p) { return p.name == name; });
   CHECK(row != report.passes.end());

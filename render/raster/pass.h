@@ -121,11 +121,14 @@ struct PassContext {
   Targets& targets;
   Timestamps& times;
 
-  /// Puts bytes into a buffer that grows where they don't fit. Without data it only grows.
+  /// gpu::fill(), gpu::fill_texels()
   world::Status fill(gpu::Buffer& buffer, const void* data, size_t bytes, VkBufferUsageFlags usage,
-                     gpu::MemoryUse use = gpu::MemoryUse::upload) const;
-  /// The same for a buffer of texels.
-  world::Status fill_texels(gpu::Buffer& buffer, VkFormat format, const void* data, size_t bytes) const;
+                     gpu::MemoryUse use = gpu::MemoryUse::upload) const {
+    return gpu::fill(device, buffer, data, bytes, usage, use);
+  }
+  world::Status fill_texels(gpu::Buffer& buffer, VkFormat format, const void* data, size_t bytes) const {
+    return gpu::fill_texels(device, buffer, format, data, bytes);
+  }
 };
 
 class Pass {

@@ -25,7 +25,8 @@ SHARED_CONST uint kBindLeaves = 7;     // uint texels: shadow grid: 16^3 a regio
 SHARED_CONST uint kBindMasks = 8;      // uint texels: shadow grid: 16 a mixed leaf, 4x2x4 voxels each
 SHARED_CONST uint kBindDepth = 9;      // texture  depth of what is drawn so far
 SHARED_CONST uint kBindTiles = 10;     // float[], or texels: farthest depth of each tile of pixels
-SHARED_CONST uint kBindCandidates = 11;  // uvec4[4n] clusters that the occlusion test looks at: Candidate of culling.h
+SHARED_CONST uint kBindCandidates = 11;  // uvec4 texels: four a cluster that the occlusion test looks at: Candidate of
+                                         // culling.h
 SHARED_CONST uint kBindDraws = 12;       // uint[]   indirect draws
 SHARED_CONST uint kBindVisible = 13;     // uint[4n]  of each candidate's records which may be seen, a bit each
 SHARED_CONST uint kBindLightRegions = 14;  // ivec4 texels: light on faces: hash table, as kBindRegions
@@ -66,8 +67,8 @@ SHARED_CONST uint kBindBlockerKinds = 39;    // ivec4 low region, w: slots less 
 SHARED_CONST uint kBindMirrorStrips = 40;    // vec4[]   mirror_stencil_pass.h: relative to the camera
 SHARED_CONST uint kBindSecondIndices = 42;   // uint[]   six a face that the second pass draws
 SHARED_CONST uint kBindDrawCounts = 43;      // uint[]   by page: draws of the second pass that draw anything
-SHARED_CONST uint kBindVoxelLeaves = 44;     // ivec4[]  light around triangles: hash table of leaves and place + 1
-SHARED_CONST uint kBindVoxelCodes = 45;      // uint[]   512 a leaf, or six times that: triangle_light.h
+SHARED_CONST uint kBindVoxelLeaves = 44;     // ivec4 texels: light around triangles: hash table of leaves and place + 1
+SHARED_CONST uint kBindVoxelCodes = 45;      // uint texels: 512 a leaf, or six times that: triangle_light.h
 
 /// Codes of voxels, in the grids of blockers and of blocks, from here on: a shape, and the number of its first quad.
 SHARED_CONST uint kShapeCode = 0x8000u;

@@ -15,10 +15,12 @@ SHARED_CONST uint kBindLayerBlocks = 66;     // uvec4 texels: SeeThroughBlock[] 
 SHARED_CONST uint kBindLayerConstants = 67;  // uniform LayerConstants
 SHARED_CONST uint kBindLayerHeads = 68;      // uimage   lists: of a pixel kFirstNode + place of its last node, or
                                              //          kOwnNode; 0: it has none, so between pictures
-SHARED_CONST uint kBindLayerNodes = 69;      // uint[3n] lists: the node before, packed interface, plane
+SHARED_CONST uint kBindLayerNodes = 69;      // uvec4[], or texels: lists: the node before, packed interface, plane
 SHARED_CONST uint kBindLayerCount = 70;      // uint     lists: nodes asked for
 SHARED_CONST uint kBindLayerShown = 71;      // texture  weighted: sum of weight * (radiance, 1 - passed)
+                                             //          sorted: what layers show
 SHARED_CONST uint kBindLayerDepth = 72;      // texture  weighted: optical depth; a: -log of what passes all layers
+                                             //          sorted: what passes them
 SHARED_CONST uint kBindLayerRest = 73;       // texture  weighted: absorption that is entered and not left
 SHARED_CONST uint kBindBlockRegions = 74;    // ivec4[]  grid of blocks: hash table, as kBindRegions
 SHARED_CONST uint kBindBlockLeaves = 75;     // uint[]   4096 a region: kBlockUniform | block, or place of its ids
@@ -29,10 +31,10 @@ SHARED_CONST uint kBindMirrored = 79;        // float[]  planar: the picture fro
 
 SHARED_CONST uint kBindLayerSorted = 80;  // uvec4[]  sorted: the two words of a record, and its chunk
 
-SHARED_CONST uint kBindLayerTiles = 81;  // uint[]   lists: x | y << 16 of the tiles of 8 x 8 pixels that have a layer
+SHARED_CONST uint kBindLayerTiles = 81;       // uint[], or texels: lists: x | y << 16 of the tiles that have a layer
 SHARED_CONST uint kBindLayerDispatch = 82;    // uint[3]  lists: the dispatch over them
 SHARED_CONST uint kBindLayerTileListed = 83;  // uint[]   lists: 1 where a tile is among them; 0 between pictures
-SHARED_CONST uint kBindLayerOwnNodes = 84;    // uvec2[]  lists: a pixel's own node: packed interface, plane
+SHARED_CONST uint kBindLayerOwnNodes = 84;    // texture  lists: a pixel's own node: packed interface, plane
 
 SHARED_CONST int kLayerBlockTexels = 5;  // of a SeeThroughBlock
 
@@ -51,7 +53,6 @@ SHARED_CONST uint kSpecClips = 69;        // bool: a picture in a mirror; light.
 SHARED_CONST uint kSpecLayerMatte = 70;   // bool: the world holds sheets or partial coverage, which are lit
 SHARED_CONST uint kSpecBodies = 71;       // bool: the depth image says more than kBindSeen, there may be bodies
 SHARED_CONST uint kSpecListedTiles = 72;  // bool: lists: of the tiles that have a layer, else of all
-SHARED_CONST uint kSpecOwnNodes = 73;     // bool: lists: each pixel has a node of its own
 SHARED_CONST uint kSpecShapeCodes = 74;   // bool: the grid of blocks says where shapes stand: kShapeCode
 SHARED_CONST uint kRefractionNone = 0u, kRefractionScreen = 1u, kRefractionTraced = 2u;
 SHARED_CONST uint kReflectionNone = 0u, kReflectionScreen = 1u, kReflectionPlanar = 2u, kReflectionTraced = 3u;
@@ -74,6 +75,9 @@ SHARED uint packed_interface(uint owner, uint face, uint beyond, uint level) {
   return owner | face << 13u | beyond << 16u | level << 28u;
 }
 SHARED uint interface_level(uint packed) { return packed >> 28u; }
+
+/// Place of a tile of 8 x 8 pixels in kBindLayerTileListed.
+SHARED int tile_place(int x, int y, int pixels_a_row) { return y * ((pixels_a_row + 7) >> 3) + x; }
 
 #ifdef __cplusplus
 }  // namespace render::raster

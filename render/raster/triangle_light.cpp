@@ -27,7 +27,7 @@ world::Result<uint64_t> TriangleLight::follow(gpu::Device& device, const world::
   outside_ = voxels.outside();
   dropped_.clear();
   std::span<const world::LeafPos> leaves = wanted_;
-  const uint64_t limit = std::min<uint64_t>(binding_limit, device.limits().maxStorageBufferRange),
+  const uint64_t limit = std::min<uint64_t>(binding_limit, uint64_t{device.limits().maxTexelBufferElements} * 4),
                  bytes = uint64_t{leaves.size()} * world::kLeafVoxels * static_cast<uint64_t>(voxels.per_voxel()) * 4;
   if (bytes > limit) {
     dropped_ = fmt::format(
@@ -52,16 +52,9 @@ world::Result<uint64_t> TriangleLight::send(gpu::Device& device) {
   std::vector<ivec4> table(slots_, ivec4(0));
   uint32_t place = 0;
   for (const world::LeafPos& l : light_.leaves()) add_place(table, l, place++);
-  const auto fill = [&](gpu::Buffer& buffer, const void* data, uint64_t bytes) -> world::Status {
-    if (buffer.size < bytes || buffer.size > 4 * bytes + 65536) {
-      TRY(buffer, gpu::make_buffer(device, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::MemoryUse::upload));
-    }
-    if (bytes) std::memcpy(buffer.mapped(), data, bytes);
-    return {};
-  };
   const uint64_t of_table = table.size() * sizeof table[0], of_codes = light_.codes().size() * sizeof(uint32_t);
-  TRY_STATUS(fill(leaves_, table.data(), of_table));
-  TRY_STATUS(fill(codes_, light_.codes().data(), of_codes));
+  TRY_STATUS(gpu::fill_texels(device, leaves_, VK_FORMAT_R32G32B32A32_SINT, table.data(), of_table));
+  TRY_STATUS(gpu::fill_texels(device, codes_, VK_FORMAT_R32_UINT, light_.codes().data(), of_codes));
   return of_table + of_codes;
 }
 

@@ -145,8 +145,9 @@ class Picture {
           pixel_x[count] = x, pixel_y[count++] = y;
     GridRay rays[kMost];
     GridHit hits[kMost];
-    Vec3d normals[kMost];      // of contours, where there are any; 0 on faces
-    ProxyHit on_shape[kMost];  // where there are shapes; part kNoPart: not on one
+    Vec3d normals[kMost];          // of contours, where there are any; 0 on faces
+    PointLight on_contour[kMost];  // where a model lights them
+    ProxyHit on_shape[kMost];      // where there are shapes; part kNoPart: not on one
     bool sunlit[kMost];
     float sun[kMost];  // the part of its light that arrives on faces
     Rgb tint[kMost];   // where there are blockers: of that, by what it came through
@@ -180,13 +181,16 @@ class Picture {
     spent.primary_ms += ms_since(start);
 
     start = Clock::now();
+    const bool contours_lit = contours_ && light_.kind() != SurfaceLight::Kind::none;
+    for (int i = 0; contours_lit && i < count; ++i)
+      if (normals[i] != Vec3d(0.0)) on_contour[i] = light_on_contour(rays[i], hits[i], normals[i]);
     std::fill_n(sunlit, count, true);
     if (knobs_.sun_shadow == SunShadow::ray) cast_shadows(rays, hits, normals, on_shape, count, sunlit, spent);
     if (knobs_.sun_shadow == SunShadow::sky_light)
       for (int i = 0; i < count; ++i)
         if (hits[i].hit())
-          sunlit[i] = contours_ && normals[i] != Vec3d(0.0) ? light_on_contour(rays[i], hits[i], normals[i]).whole_sky
-                                                            : sees_whole_sky(code_at(hits[i], on_shape[i]));
+          sunlit[i] = contours_lit && normals[i] != Vec3d(0.0) ? on_contour[i].whole_sky
+                                                               : sees_whole_sky(code_at(hits[i], on_shape[i]));
     for (int i = 0; i < count; ++i) sun[i] = sunlit[i] ? 1.0f : 0.0f;
     if (knobs_.sun_shadow == SunShadow::map)
       for (int i = 0; i < count; ++i)
@@ -208,7 +212,8 @@ class Picture {
         pixel = shape_radiance(hits[i], on_shape[i], direction, blocks.get(hits[i].voxel),
                                blockers_ ? tint[i] * sun[i] : Rgb{sun[i], sun[i], sun[i]});
       else if (contours_ && normals[i] != Vec3d(0.0))
-        pixel = contour_radiance(rays[i], hits[i], normals[i], sunlit[i], blocks);
+        pixel = normal_radiance(shading_, sky_, blocks.get(contours_->walker.matter_voxel(hits[i].voxel, normals[i])),
+                                normals[i], sunlit[i], contours_lit ? &on_contour[i].lit : nullptr);
       else {
         const BlockId block = blocks.get(hits[i].voxel);
         const Textured texture = textures_ ? texture_at(rays[i], hits[i], block) : Textured{};
@@ -238,13 +243,6 @@ class Picture {
     return light_at_point(decoder_, knobs_.light_interpolation, voxels_,
                           camera_ + (hit.t * ray.direction + world::kCrack * normal), normal,
                           {e.r / kPi, e.g / kPi, e.b / kPi});
-  }
-  Rgb contour_radiance(const GridRay& ray, const GridHit& hit, const Vec3d& normal, bool sunlit,
-                       LeafCache& blocks) const {
-    const BlockId block = blocks.get(contours_->walker.matter_voxel(hit.voxel, normal));
-    if (light_.kind() == SurfaceLight::Kind::none) return normal_radiance(shading_, sky_, block, normal, sunlit);
-    const Rgb lit = light_on_contour(ray, hit, normal).lit;
-    return normal_radiance(shading_, sky_, block, normal, sunlit, &lit);
   }
 
   /// A body that a pixel's ray meets before anything that it can't see through.

@@ -5,6 +5,7 @@
 // error  all other light is missing: the bias floor of the ladder of light transports
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "render/see_through.h"
 #include "render/shading.h"
@@ -159,10 +160,9 @@ Vec3d seen_far(const Transport& t, const TraceRay& ray) {
 }
 
 Vec3d light_by_light(Transport& t, const Surface& s, const Vec3f& wo, const Sampler& sampler, uint32_t dimension,
-                     bool first) {
+                     bool first, bool sunlit) {
   Vec3d sum(0);
-  const bool hidden = t.knobs().sun_shadow == SunShadow::sky_light && t.shared.lit && !t.shared.lit->sees_whole_sky(s);
-  if (t.scene().environment().sun_irradiance.max() > 0 && !hidden)
+  if (t.scene().environment().sun_irradiance.max() > 0 && sunlit)
     sum += one_light(t, {LightKind::sun, 0, 0, {}, world::kNoFace}, 1, t.knobs().sun_shadow == SunShadow::ray, s, wo,
                      sampler, dimension);
   const auto& luminaires = t.scene().luminaires();
@@ -180,8 +180,11 @@ Vec3d direct_radiance(Transport& t, const TraceRay& camera_ray, const Sampler& s
   return first_surface(t, camera_ray, [&](const Surface& s) {
     const Vec3d sky = vector_of(sky_irradiance(t.scene().sky(), sky_normal(s)));
     const Vec3d albedo = albedo_of(t, s);
-    return (t.shared.lit ? albedo * t.shared.lit->lit(s, sky / kPi) : albedo * sky / kPi) +
-           light_by_light(t, s, Vec3f(-camera_ray.ray.direction), sampler, kVertexDimension, true);
+    std::optional<WorldLit::Light> of_world;
+    if (t.shared.lit) of_world = t.shared.lit->at(s, sky / kPi);
+    return (of_world ? albedo * of_world->lit : albedo * sky / kPi) +
+           light_by_light(t, s, Vec3f(-camera_ray.ray.direction), sampler, kVertexDimension, true,
+                          !of_world || of_world->sunlit);
   });
 }
 

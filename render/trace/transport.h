@@ -120,8 +120,8 @@ Vec3d path_radiance(Transport& t, const TraceRay& camera_ray, const Sampler& sam
 Vec3d seen_far(const Transport& t, const TraceRay& ray);
 /// Sun and luminaires (light_samples of each that has an area), scattered by the surface towards wo, with shadows.
 /// `first`: the surface is the first that light meets on its way from the eye back, for luminaires that only light
-/// that.
+/// that. `sunlit`: the world's light leaves the sun where it is.
 Vec3d light_by_light(Transport& t, const Surface& surface, const Vec3f& wo, const Sampler& sampler, uint32_t dimension,
-                     bool first);
+                     bool first, bool sunlit = true);
 
 }  // namespace render

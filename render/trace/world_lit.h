@@ -20,13 +20,15 @@ class WorldLit {
  public:
   WorldLit(const WorldLitSource& source, const world::WorldView& view, const SkyView& sky, const RenderKnobs& knobs);
 
-  /// Radiance of an albedo of 1 beside the sun's and the luminaires'. sky: under the whole sky.
-  Vec3d lit(const Surface& surface, const Vec3d& sky) const;
-  /// What sun_shadow=sky_light asks.
-  bool sees_whole_sky(const Surface& surface) const;
+  struct Light {
+    Vec3d lit;           // radiance of an albedo of 1 beside the sun's and the luminaires'
+    bool sunlit = true;  // false where sun_shadow=sky_light hides the sun
+  };
+  /// sky: what the surface has under the whole sky.
+  Light at(const Surface& surface, const Vec3d& sky) const;
 
  private:
-  PointLight at_mesh(const Surface& surface, const Vec3d& sky) const;
+  Light at_mesh(const Surface& surface, const Vec3d& sky) const;
   uint32_t code(const Surface& surface) const;
 
   const WorldLitSource& source_;

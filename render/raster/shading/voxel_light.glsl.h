@@ -4,14 +4,14 @@
 #include "render/light/voxel_light.shared.h"
 #include "render/raster/shading/face_light.glsl.h"
 
-layout(binding = kBindVoxelLeaves, std430) readonly buffer VoxelLeaves { ivec4 voxel_leaves[]; };
-layout(binding = kBindVoxelCodes, std430) readonly buffer VoxelCodes { uint voxel_codes[]; };
+layout(binding = kBindVoxelLeaves) uniform isamplerBuffer voxel_leaves;
+layout(binding = kBindVoxelCodes) uniform usamplerBuffer voxel_codes;
 
 /// Place of a voxel's first code, or kLightUnknown where none is kept.
 uint voxel_codes_at(const ivec3 voxel) {
   const ivec3 leaf = voxel >> 3, v = voxel & 7;
   for (uint i = region_hash(leaf.x, leaf.y, leaf.z);; ++i) {
-    const ivec4 entry = voxel_leaves[i & picture.voxel_light.x];
+    const ivec4 entry = texelFetch(voxel_leaves, int(i & picture.voxel_light.x));
     if (entry.w == 0) return kLightUnknown;
     if (entry.xyz == leaf)
       return (uint(entry.w - 1) * 512u + uint(v.x * 64 + v.y * 8 + v.z)) * (kLight == kLightIrradiance ? 6u : 1u);
@@ -21,7 +21,7 @@ uint voxel_codes_at(const ivec3 voxel) {
 /// VoxelCodes::code()
 uint voxel_code(const uint at, const uint face) {
   if (at == kLightUnknown) return picture.voxel_light.y;
-  return voxel_codes[at + (kLight == kLightIrradiance ? face : 0u)];
+  return texelFetch(voxel_codes, int(at + (kLight == kLightIrradiance ? face : 0u))).r;
 }
 
 vec3 light_in_voxel(const uint at, const vec3 normal, const vec3 sky) {
