@@ -317,9 +317,9 @@ void Lighting::add_blocks(const world::World& world, const RenderKnobs& knobs, s
     const BsdfParameters p = bsdf_parameters(block, air, false, static_cast<uint32_t>(knobs.gloss_lobe));
     const Vec3f up(0, 1, 0);
     uint32_t* at = words.data() + blocks_at_ + id * kBlockWords;
-    at[kBlockBsdf] = static_cast<uint32_t>(bsdf - bsdfs().data()) |
-                     (bsdf->finite_density(p, up, up, up) != Vec3f(0) ? kBlockFinite : 0);
-    put(at + kBlockLambertian, Vec3d(block.albedo.r, block.albedo.g, block.albedo.b));
+    const bool finite = bsdf->finite_density(p, up, up, up) != Vec3f(0);
+    at[kBlockBsdf] = static_cast<uint32_t>(bsdf - bsdfs().data()) | (finite ? kBlockFinite : 0);
+    put(at + kBlockLambertian, vector_of(finite ? block.albedo : block.albedo + block.glossy));
     at[kBlockSmoothness] = bits(p.smoothness);
     put(at + kBlockGlossy, Vec3d(p.glossy));
     at[kBlockEta] = bits(p.eta);

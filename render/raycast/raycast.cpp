@@ -589,7 +589,7 @@ class RaycastBackend : public Backend {
     TRY_STATUS(world::check_proxies(view.palette()));
     const bool reads = reads_light(view.world(), knobs);
     if (reads) TRY_STATUS(check_light(light, knobs));
-    if (!reads || calls_for_trace_scene(view.world())) {
+    if (!reads || calls_for_trace_scene(view.world()) || knobs.direct_gloss == DirectGloss::lobe) {
       const bool meets_bodies = knobs.light_transport == LightTransport::whitted;
       std::vector<shared::DrawnBox> boxes;
       if (meets_bodies) boxes = drawn_bodies(view, inhabitants, camera, knobs, width, height);

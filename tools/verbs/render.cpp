@@ -159,7 +159,8 @@ world::Status outline_block(const RenderOptions& options, render::Backend& backe
   return {};
 }
 
-/// The rasterizer, but where the world is a fog volume, which it cannot draw; makes such a world look like fog.
+/// The rasterizer, but where the world is a fog volume, in which it scatters no light; makes such a world look like
+/// fog.
 world::Status choose_backend(RenderOptions& options, world::World& world) {
   const bool fog = world::is_fog(world);
   if (options.backend.empty()) options.backend = fog ? "raycast" : kUsualBackend;
@@ -170,7 +171,7 @@ world::Status choose_backend(RenderOptions& options, world::World& world) {
     if (options.backend == "raycast") world.knobs.try_emplace("spp", std::to_string(kFogSamples));
     return world::show_fog(world);
   }
-  std::cerr << "warning: the rasterizer draws no media: the fog is shown as solid where it is active\n";
+  std::cerr << "warning: the rasterizer scatters no light in fog: it is shown as solid where it is active\n";
   return {};
 }
 

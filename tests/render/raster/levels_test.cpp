@@ -74,7 +74,7 @@ TEST(Levels, ACellIsSolidWhereHalfOfItIsAndShowsWhatLiesOnTop) {
   EXPECT_EQ(area, 16u);
 }
 
-TEST(Levels, ShowNoHoleAndLieCloseToTheVoxels) {
+TEST(HardCaseG9, LevelsShowNoHoleAndLieCloseToTheVoxels) {
   auto raster = make_raster({.validation = true});
   ASSERT_TRUE(raster.ok());
   const world::World w = wide_hills();

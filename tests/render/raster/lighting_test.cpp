@@ -8,6 +8,7 @@
 #include "render/raster/raster.h"
 #include "render/raster/rasterizer.h"
 #include "render/raycast/raycast.h"
+#include "tests/render/raster/compare_pictures.h"
 #include "tests/render/raster/small_worlds.h"
 
 namespace render {
@@ -161,6 +162,36 @@ TEST(RasterLuminaires, GlossyBlocksShineAsTheRayCasterHasIt) {
   RenderKnobs knobs;
   knobs.exposure = 3;
   expect_agreement(w, in_the_room(), knobs, "gloss");
+}
+
+/// What a mirror is matte as is all that it mirrors, whether or not anything calls for BSDFs.
+TEST(RasterLuminaires, ALampTooFaintToSeeLeavesMirrorsAsTheyAre) {
+  World w(world::standard_blocks());
+  world::EditBatch batch;
+  batch.fill({{-40, -1, -40}, {40, -1, 40}}, block(w, "stone"));
+  batch.fill({{-6, 0, -6}, {6, 4, 6}}, block(w, "mercury"));
+  apply(w, batch);
+  const Camera camera = camera_at({}, {14.3, 9.2, 17.4}, {-0.6, -0.4, -0.7});
+  RenderKnobs opaque;
+  opaque.transparency = Transparency::opaque;
+  const Image by_raster = drawn(raster(), w, camera, opaque), by_rays = cast(w, camera, opaque);
+  Luminaire faint = luminaire("omni");
+  faint.power = {1e-12f, 1e-12f, 1e-12f}, faint.position = WorldPoint::from(0, 60, 0);
+  w.luminaires = {faint};
+  EXPECT_EQ(share_within(drawn(raster(), w, camera, opaque), by_raster, 1), 1);
+  EXPECT_EQ(share_within(cast(w, camera, opaque), by_rays, 1), 1);
+}
+
+TEST(RasterSun, HasTheLobesOfTheRayCasterWhereTheyAreAskedFor) {
+  World w = hills();
+  world::EditBatch batch;
+  batch.fill(box_at({}, {-64, 1, -64}, {63, 12, 63}), block(w, "gold_block"));
+  apply(w, batch);
+  const Camera camera = hill_cameras()[0].camera;
+  RenderKnobs lobes;
+  lobes.direct_gloss = DirectGloss::lobe;
+  expect_agreement(w, camera, lobes, "lobes of the sun");
+  EXPECT_LT(share_within(cast(w, camera, lobes), cast(w, camera, {}), 2), 0.9);
 }
 
 TEST(RasterLuminaires, AHundredThousandAreDrawnFromListsOfBoundedLength) {
@@ -341,6 +372,17 @@ TEST(RasterTextures, AreTheRayCastersForEveryFilter) {
                        "filter " + std::to_string(static_cast<int>(filter)) + " camera " + std::to_string(camera),
                        filter == TextureFilter::point ? 0.99 : 0.999);
     }
+}
+
+TEST(RasterTextures, TiltNormalsAsTheRayCastersDo) {
+  const World w = hills();
+  RenderKnobs knobs;
+  knobs.normal_detail = 0.5f;
+  for (const size_t camera : {size_t{0}, size_t{2}}) {
+    expect_agreement(w, hill_cameras()[camera].camera, knobs, "camera " + std::to_string(camera));
+    const Camera& from = hill_cameras()[camera].camera;
+    EXPECT_LT(share_within(drawn(raster(), w, from, knobs), drawn(raster(), w, from, {}), 2), 0.95);
+  }
 }
 
 // --- occlusion ----------------------------------------------------------------------------------------------------

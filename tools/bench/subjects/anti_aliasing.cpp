@@ -1,5 +1,5 @@
 /// How many points of a pixel a picture has to look through: the knob anti_aliasing, on 320x180 of the valley as
-/// drawn by the rasterizer and by the ray caster.
+/// drawn by the rasterizer and by the ray caster, and how near temporal comes with one a picture where nothing moves.
 #include <fmt/format.h>
 
 #include "tools/bench/screen_pictures.h"
@@ -44,6 +44,22 @@ void add_subject_anti_aliasing(Registry& registry) {
         settings.push_back(std::move(s));
       }
     }
+    // One point in each picture, kept over pictures by a rasterizer of its own: another setting between would end that.
+    TRY(const auto still, ScreenPictures::make(*valley, "raster", kWidth, kHeight));
+    render::RenderKnobs temporal;
+    temporal.anti_aliasing = render::AntiAliasing::temporal;
+    constexpr int kPicturesKept = 8;
+    Setting s{.method = "raster, temporal at rest", .setting = "raster, temporal at rest@1", .problem = "raster"};
+    s.knob = 1;
+    s.measure = [=](uint64_t) {
+      for (int i = 1; i < kPicturesKept; ++i) still->frame(temporal);
+      return picture_error(still->frame(temporal).image, *truth());
+    };
+    s.run = [=] {
+      keep(still->frame(temporal).image.pixels.size());
+      return static_cast<double>(kWidth) * kHeight;
+    };
+    settings.push_back(std::move(s));
     return settings;
   };
   registry.add(std::move(subject));
