@@ -15,31 +15,15 @@ world::Vec3d face_normal(int face) {
 }
 }  // namespace
 
-world::Irradiance3 sky_irradiance(const SkyView& sky, int face) {
-  // With L = h + (z - h) cos over the upper hemisphere and g below, integrate L (n . w) dw:
-  //   up:   pi h + 2 pi/3 (z - h);    side: pi/2 h + 2/3 (z - h) + pi/2 g;    down: pi g.
-  // The side's 2/3 is the integral of sin^2 cos over polar angle (1/3) times that of cos over a half turn (2).
-  const auto irradiance = [](Rgb l, float factor) {
-    return world::Irradiance3{l.r * factor, l.g * factor, l.b * factor};
-  };
-  if (sky.light) return sky.light->irradiance(face_normal(face));
-  const world::Environment& e = sky.environment;
-  const Rgb slope = e.sky_zenith - e.sky_horizon;
-  if (face == world::kFacePosY) return irradiance(e.sky_horizon, kPi) + irradiance(slope, 2 * kPi / 3);
-  if (face == world::kFaceNegY) return irradiance(e.sky_ground, kPi);
-  return irradiance(e.sky_horizon, kPi / 2) + irradiance(slope, 2.0f / 3) + irradiance(e.sky_ground, kPi / 2);
-}
+world::Irradiance3 sky_irradiance(const SkyView& sky, int face) { return sky_irradiance(sky, face_normal(face)); }
 
 world::Irradiance3 sky_irradiance(const SkyView& sky, const world::Vec3d& n) {
   if (sky.light) return sky.light->irradiance(n);
   const world::Environment& e = sky.environment;
-  // The sky's part above a tilted surface is a lune of angle pi - a, where a = acos(n.y). Over it, in coordinates
-  // around the lune's axis, the integral of w.y (n . w) is 4/3 ((pi - a) cos a + sin a) / 2.
-  const double y = std::clamp(n.y, -1.0, 1.0), a = std::acos(y), pi = 3.14159265358979323846;
-  const float uniform = static_cast<float>(pi * (1 + y) / 2), ground = static_cast<float>(pi * (1 - y) / 2),
-              slope = static_cast<float>(2.0 / 3 * ((pi - a) * y + std::sqrt(1 - y * y)));
-  const Rgb l = e.sky_horizon * uniform + (e.sky_zenith - e.sky_horizon) * slope + e.sky_ground * ground;
-  return {l.r, l.g, l.b};
+  const glm::vec3 sum =
+      world::shared::linear_sky_irradiance(world::vec3_of(e.sky_zenith), world::vec3_of(e.sky_horizon),
+                                           world::vec3_of(e.sky_ground), static_cast<float>(n.y));
+  return {sum.r, sum.g, sum.b};
 }
 
 Rgb normal_radiance(const Shading& shading, const SkyView& view, world::BlockId block, const world::Vec3d& normal,

@@ -46,7 +46,8 @@ struct Shading {
 Rgb normal_radiance(const Shading& shading, const SkyView& sky, world::BlockId block, const world::Vec3d& normal,
                     bool sun_visible, const Rgb* lit = nullptr);
 
-/// Irradiance of the whole sky and ground on a face of the voxel grid: closed form, or the table of a SkyLight.
+/// Irradiance of the whole sky and ground on a face of the voxel grid: linear_sky_irradiance(), or the table of a
+/// SkyLight.
 world::Irradiance3 sky_irradiance(const SkyView& sky, int face);
 /// The same on a surface with any unit normal.
 world::Irradiance3 sky_irradiance(const SkyView& sky, const world::Vec3d& normal);

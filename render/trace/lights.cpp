@@ -121,7 +121,8 @@ struct Angle {
 
 float angle_between(const Vec3f& a, const Vec3f& b) { return std::acos(std::clamp(dot(a, b), -1.0f, 1.0f)); }
 
-/// Sky of the environment as a density over directions: by the mean of bands, linear in the height above the horizon.
+/// Sky of the environment as a density over directions: by the mean of bands, linear in the height above the horizon;
+/// of the haze below it, half way between horizon and ground, which is its mean.
 struct SkyShape {
   double zenith, horizon, ground;
   explicit SkyShape(const world::Environment& e)
@@ -129,8 +130,13 @@ struct SkyShape {
         horizon(mean_of(vector_of(e.sky_horizon))),
         ground(mean_of(vector_of(e.sky_ground))) {}
   double above() const { return kPi * (horizon + zenith); }  // integral over the upper hemisphere
-  double below() const { return 2 * kPi * ground; }
+  double haze() const { return kPi * (horizon + ground) * kHaze; }
+  double below() const { return haze() + 2 * kPi * ground * (1 - kHaze); }
   double total() const { return above() + below(); }
+  double density(double y) const {
+    return (y >= 0 ? horizon + (zenith - horizon) * y : y > -kHaze ? (horizon + ground) / 2 : ground) / total();
+  }
+  static constexpr double kHaze = world::shared::kHazeDepth;
 };
 
 }  // namespace
@@ -503,10 +509,12 @@ bool LightSet::sample_sun(const Receiver&, LightSample& sample) const {
 bool LightSet::sample_sky(const Receiver&, Vec2f u, LightSample& sample) const {
   const world::Environment& e = scene_->environment();
   const SkyShape sky(e);
-  const double below = sky.below() / sky.total();
+  const double haze = sky.haze() / sky.total(), below = sky.below() / sky.total();
   double y, at = u.x;
-  if (at < below) {
-    y = -at / below;
+  if (at < haze) {
+    y = -at / haze * SkyShape::kHaze;
+  } else if (at < below) {
+    y = -SkyShape::kHaze - (at - haze) / (below - haze) * (1 - SkyShape::kHaze);
   } else {
     // The density of y in [0, 1] goes linearly from the horizon's to the zenith's.
     at = std::min((at - below) / (1 - below), 1.0);
@@ -524,9 +532,7 @@ bool LightSet::sample_sky(const Receiver&, Vec2f u, LightSample& sample) const {
 }
 
 double LightSet::sky_density(const Vec3f& direction) const {
-  const SkyShape sky(scene_->environment());
-  const double y = direction.y;
-  return (y < 0 ? sky.ground : sky.horizon + (sky.zenith - sky.horizon) * y) / sky.total();
+  return SkyShape(scene_->environment()).density(direction.y);
 }
 
 bool LightSet::sample_luminaire(uint32_t index, const Receiver& receiver, Vec2f u, LightSample& sample) const {

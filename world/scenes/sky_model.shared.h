@@ -3,7 +3,7 @@
  *   Perez   F(theta, gamma) = (1 + A exp(B / cos theta)) (1 + C exp(D gamma) + E cos^2 gamma)      [1] eq. 3
  *   each of Y, x, y is its value at the zenith times F(theta, gamma) / F(0, theta_sun)             [1] eq. 4
  * theta is the angle of the direction from the zenith, gamma that from the sun. Below the horizon the sky of the
- * horizon goes over into the ground's radiance within 10 degrees, as haze does. Air glow and stars are added; disks of
+ * horizon goes over into the ground's radiance as that of a linear sky does. Air glow and stars are added; disks of
  * the sun and the moon are what only an eye sees, since as sources they are directional lights.
  *
  * Directions are unit vectors, y is up. Radiances are W/(m^2 sr) by band, at most 1e9.
@@ -11,7 +11,7 @@
  * source  [1] A. J. Preetham, Peter Shirley, Brian Smits. A Practical Analytic Model for Daylight. 1999 */
 #ifndef LOAM_WORLD_SCENES_SKY_MODEL_SHARED_H
 #define LOAM_WORLD_SCENES_SKY_MODEL_SHARED_H
-#include "world/base/shared.h"
+#include "world/scenes/linear_sky.shared.h"
 
 SHARED_NAMESPACE(world)
 
@@ -57,9 +57,9 @@ SHARED vec3 sky_above(SHARED_IN(SkyModel) m, vec3 direction) {
 SHARED vec3 sky_model_radiance(SHARED_IN(SkyModel) m, vec3 direction) {
   if (direction.y >= 0.0f) return sky_above(m, direction);
   vec3 level = vec3(direction.x, 0.0f, direction.z);
-  float square = dot(level, level), below = min(-direction.y / 0.17f, 1.0f);
+  float square = dot(level, level);
   vec3 haze = square > 1e-12f ? sky_above(m, level / sqrt(square)) : vec3(m.ground);
-  return mix(haze, vec3(m.ground), below * below * (3.0f - 2.0f * below));
+  return mix(haze, vec3(m.ground), sky_ground_share(direction.y));
 }
 
 /* source: Mark Jarzynski, Marc Olano. Hash Functions for GPU Rendering. 2020 (pcg) */

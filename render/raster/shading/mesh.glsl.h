@@ -12,11 +12,8 @@ layout(binding = kBindSkyTable) uniform samplerBuffer sky_table;
 /// On a surface of any unit normal: sky_irradiance() of render/shading.h.
 vec3 sky_irradiance(vec3 n) {
   const float pi = 3.14159265, polar = acos(clamp(n.y, -1.0, 1.0)), level = length(n.xz);
-  if (!kSkyModel) {
-    const vec3 horizon = picture.sky_horizon.rgb, slope = picture.sky_zenith.rgb - horizon;
-    return horizon * (0.5 * pi * (1.0 + n.y)) + slope * (2.0 / 3.0 * ((pi - polar) * n.y + level)) +
-           picture.sky_ground.rgb * (0.5 * pi * (1.0 - n.y));
-  }
+  if (!kSkyModel)
+    return linear_sky_irradiance(picture.sky_zenith.rgb, picture.sky_horizon.rgb, picture.sky_ground.rgb, n.y);
   // Level, towards the sun's azimuth.
   const vec2 sun = picture.sky.sun.xz, aside = length(sun) > 1e-6 ? normalize(sun) : vec2(1, 0);
   const float azimuth = level > 1e-6 ? acos(clamp(dot(n.xz, aside) / level, -1.0, 1.0)) : 0.0;

@@ -8,8 +8,7 @@ layout(constant_id = kSpecSkyModel) const bool kSkyModel = false;
 /// Of the sky that lights surfaces. `direction`: unit.
 vec3 sky_radiance(vec3 direction) {
   if (kSkyModel) return sky_model_radiance(picture.sky, direction);
-  if (direction.y < 0.0) return picture.sky_ground.rgb;
-  return picture.sky_horizon.rgb + (picture.sky_zenith.rgb - picture.sky_horizon.rgb) * direction.y;
+  return linear_sky_radiance(picture.sky_zenith.rgb, picture.sky_horizon.rgb, picture.sky_ground.rgb, direction.y);
 }
 
 /// With the disks of the sun and the moon, stars, and luminaires at no place: seen_far() of render/trace/transport.h.

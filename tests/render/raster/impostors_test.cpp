@@ -33,7 +33,7 @@ world::World rough_hills(world::VoxelPos offset = {}) {
     }
   apply(w, batch);
   // A ground that no surface looks like: what a hole shows.
-  w.environment.sky_ground = {-1, -1, -1};
+  w.environment.sky_ground = w.environment.sky_horizon = {-1, -1, -1};
   return w;
 }
 

@@ -28,7 +28,7 @@ world::World wide_hills() {
     }
   apply(w, batch);
   // A ground that no surface looks like: what a hole shows.
-  w.environment.sky_ground = {-1, -1, -1};
+  w.environment.sky_ground = w.environment.sky_horizon = {-1, -1, -1};
   return w;
 }
 

@@ -382,7 +382,7 @@ TEST(HardCaseG6, OnlyMergedFacesWithHardwareEdgesLeak) {
   for (int i = 0; i < 64; ++i)
     for (const int z : {16, 32, 48}) batch.set({i, 0, z}, block(w, i & 1 ? "sand" : "wool_red"));
   apply(w, batch);
-  w.environment.sky_ground = {-1, -1, -1};
+  w.environment.sky_ground = w.environment.sky_horizon = {-1, -1, -1};
   size_t leaks[2][2] = {};  // by edges, merge
   for (int view = 0; view < 25; ++view) {
     const auto random = [&](int stream) {
@@ -458,7 +458,7 @@ TEST(ViewDistance, BeyondItIsSky) {
   world::EditBatch batch;
   batch.fill({{-200, -1, -200}, {200, -1, 200}}, block(w, "stone"));
   apply(w, batch);
-  w.environment.sky_ground = {-1, -1, -1};
+  w.environment.sky_ground = w.environment.sky_horizon = {-1, -1, -1};
   RenderKnobs knobs = with(FaceEdges::exact, true);
   knobs.view_distance = 50;
   const Camera camera = camera_at({}, {0.5, 10, 0.5}, {0, -0.3, -1});

@@ -36,6 +36,36 @@ TEST(SkyIrradiance, OnAnyNormalEqualsTheFacesFormsAndTheIntegral) {
   }
 }
 
+TEST(SkyIrradiance, OfTheHazeBelowTheHorizonIsRightToAMillionth) {
+  for (int i = 0; i <= 180; ++i) {
+    const double y = std::cos(M_PI * i / 180), s = std::sqrt(std::max(0.0, 1 - y * y));
+    // Midpoint rule over heights, whose rings have a closed form.
+    double sum = 0;
+    constexpr int kRings = 20000;
+    for (int k = 0; k < kRings; ++k) {
+      const double height = -shared::kHazeDepth * (k + 0.5) / kRings, up = y * height;
+      const double aside = s * std::sqrt(1 - height * height);
+      const double half_turn = aside > 0 ? std::acos(std::clamp(-up / aside, -1.0, 1.0)) : up > 0 ? M_PI : 0;
+      const double u = -height / shared::kHazeDepth;
+      sum += (1 - u * u * (3 - 2 * u)) * 2 * (up * half_turn + aside * std::sin(half_turn));
+    }
+    EXPECT_NEAR(shared::haze_irradiance(static_cast<float>(y)), sum * shared::kHazeDepth / kRings, 1e-6) << y;
+  }
+}
+
+TEST(LinearSky, GoesOverIntoTheGroundWithoutALine) {
+  const Environment e;
+  EXPECT_EQ(sky_radiance(e, -1), e.sky_ground);
+  EXPECT_EQ(sky_radiance(e, -0.18), e.sky_ground);
+  EXPECT_EQ(sky_radiance(e, -1e-9), e.sky_horizon);
+  for (double y = -0.2; y < 0.2; y += 1e-3)  // 1.5 / kHazeDepth is how steep the blend is at most
+    EXPECT_LE(std::abs(sky_radiance(e, y + 1e-3).b - sky_radiance(e, y).b),
+              1.01e-3 * std::max(1.5 / 0.17 * std::abs(e.sky_horizon.b - e.sky_ground.b),
+                                 1.0 * std::abs(e.sky_zenith.b - e.sky_horizon.b)) +
+                  1e-5)
+        << y;
+}
+
 /// A ball of 12 m at the origin, as a level set with its blocks.
 constexpr double kRadius = 12;
 World ball() {
