@@ -143,7 +143,7 @@ twins() {
   } >"$table"
   twin "the valley at dawn" dawn valley --camera ground --set time_of_day=5.2 light_model=flood_rgb exposure=1
   twin "at noon" noon valley --camera oblique --set time_of_day=12 light_model=flood4
-  twin "at night" night valley --camera ground --set time_of_day=20.6 light_model=flood_rgb exposure=3
+  twin "at nightfall" night valley --camera ground --set time_of_day=20 light_model=flood_rgb exposure=5 tone_map=filmic
   twin "a cave, lamps, coloured glass" grotto grotto
   twin "a glasshouse" glasshouse glasshouse
   twin "under water" underwater glasshouse --camera underwater
