@@ -23,6 +23,7 @@ enum class ContourMesh { blocks, surface_nets, marching_cubes, marching_tetrahed
 enum class LightTransport { direct, ambient_occlusion, whitted, path, photons };
 enum class SampleSequence { random, sobol };
 enum class DensityTracking { delta, exact };
+enum class FogLight { none, unhidden };
 enum class GlossLobe { exact, published, fresnel };  // in the order of shared::kGloss...
 enum class LuminaireShadow { none, map, ray };       // in the order of raster::kLuminaireShadow...
 enum class DirectGloss { matte, lobe };
@@ -41,6 +42,7 @@ constexpr auto knob_choices(LightTransport) {
 }
 constexpr auto knob_choices(SampleSequence) { return std::array<std::string_view, 2>{"random", "sobol"}; }
 constexpr auto knob_choices(DensityTracking) { return std::array<std::string_view, 2>{"delta", "exact"}; }
+constexpr auto knob_choices(FogLight) { return std::array<std::string_view, 2>{"none", "unhidden"}; }
 constexpr auto knob_choices(GlossLobe) { return std::array<std::string_view, 3>{"exact", "published", "fresnel"}; }
 enum class Refraction { none, screen, traced };          // in the order of kRefraction...
 enum class Reflection { none, screen, planar, traced };  // in the order of kReflection...

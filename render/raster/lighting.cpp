@@ -10,6 +10,7 @@
 
 #include "render/bsdf/bsdf.h"
 #include "render/image/display.h"
+#include "render/light/fog_light.h"
 #include "render/light/spot_map.h"
 #include "render/raster/lighting.shared.h"
 #include "render/see_through.h"
@@ -97,7 +98,7 @@ class Signature {
   uint64_t hash_ = 1;
 };
 
-uint64_t signature_of(const world::World& world, const RenderKnobs& knobs) {
+uint64_t signature_of(const world::World& world, const SkyView& sky, const RenderKnobs& knobs) {
   Signature s;
   s.add(world.palette->size(), knobs.luminaire_cutoff, knobs.exposure, knobs.gloss_lobe, world.meshes.size());
   for (const Luminaire& l : world.luminaires) {
@@ -108,7 +109,12 @@ uint64_t signature_of(const world::World& world, const RenderKnobs& knobs) {
   }
   for (const Medium& m : world.media)
     s.add(m.kind, m.absorption, m.scattering, m.emission, m.position, m.half_extent, m.normal, m.scale_height,
-          m.voxel_size, reinterpret_cast<uintptr_t>(m.field.get()));
+          m.voxel_size, m.anisotropy, reinterpret_cast<uintptr_t>(m.field.get()));
+  if (!world.media.empty()) {
+    const world::Environment& e = sky.environment;
+    s.add(knobs.fog_light, e.sky_zenith, e.sky_horizon, e.sky_ground, e.sun_direction, e.sun_irradiance);
+    if (sky.light) s.add(sky.light->irradiance({0, 1, 0}), sky.light->irradiance({0, -1, 0}));
+  }
   return s.value();
 }
 
@@ -260,7 +266,7 @@ void Lighting::add_cells(std::vector<uint32_t>& words) {
   }
 }
 
-void Lighting::add_media(const world::World& world, std::vector<uint32_t>& words) {
+void Lighting::add_media(const world::World& world, const SkyView& sky, FogLight fog, std::vector<uint32_t>& words) {
   std::vector<const Medium*> media;
   for (const Medium& m : world.media)
     if (has_strength(m) && !fills_meshes(world, m)) media.push_back(&m);
@@ -297,7 +303,9 @@ void Lighting::add_media(const world::World& world, std::vector<uint32_t>& words
     at[kMedKind] = medium_number(m->kind);
     put(at + kMedVoxel, m->position);
     put(at + kMedExtinction, vector_of(m->absorption) + vector_of(m->scattering));
-    put(at + kMedEmission, vector_of(m->emission));
+    const ScatteredIn in = scattered_in(*m, sky, fog);
+    put(at + kMedEmission, vector_of(m->emission) + in.sky), put(at + kMedInSun, in.sun);
+    at[kMedAnisotropy] = bits(double{m->anisotropy});
     put(at + kMedHalfExtent, Vec3d(m->half_extent)), put(at + kMedNormal, Vec3d(m->normal));
     at[kMedScale] = bits(m->field ? double{m->voxel_size} : double{m->scale_height});
     put(at + kMedLow, low), put(at + kMedHigh, high);
@@ -344,7 +352,7 @@ void Lighting::add_spot_maps(const world::World& world, const world::RayStream& 
   }
 }
 
-world::Result<uint64_t> Lighting::follow(gpu::Device& device, const world::WorldView& view,
+world::Result<uint64_t> Lighting::follow(gpu::Device& device, const world::WorldView& view, const SkyView& sky,
                                          const world::RayStream* opaque, const RenderKnobs& knobs) {
   const world::World& world = view.world();
   const bool calls = calls_for_trace_scene(world);
@@ -357,7 +365,7 @@ world::Result<uint64_t> Lighting::follow(gpu::Device& device, const world::World
     return uint64_t{0};
   }
   variant_.luminaire_shadow = static_cast<uint32_t>(knobs.luminaire_shadow);
-  uint64_t signature = signature_of(world, knobs);
+  uint64_t signature = signature_of(world, sky, knobs);
   if (opaque) {
     if (knobs.spot_map_texels < 1 || knobs.spot_map_texels > 4096)
       return world::usage_error(fmt::format("spot_map_texels is {}, but must be 1 to 4096", knobs.spot_map_texels));
@@ -371,7 +379,7 @@ world::Result<uint64_t> Lighting::follow(gpu::Device& device, const world::World
   std::vector<uint32_t> words(1);  // 0 is no offset
   add_blocks(world, knobs, words);
   TRY_STATUS(add_luminaires(world, knobs, words));
-  add_media(world, words);
+  add_media(world, sky, knobs.fog_light, words);
   if (opaque) add_spot_maps(world, *opaque, knobs.spot_map_texels, words);
   if (words.size() * 4 > limit)
     return world::Error{world::ErrorKind::usage,

@@ -16,6 +16,7 @@
 #include "render/raster/light_cells.h"
 #include "render/raster/lighting.shared.h"
 #include "render/raster/raster.shared.h"
+#include "render/sky_view.h"
 #include "world/store/ray_stream.h"
 #include "world/world.h"
 
@@ -33,8 +34,8 @@ class Lighting {
  public:
   /// Follows the world's luminaires, media and palette. Returns the bytes sent.
   /// `opaque`: of the world, where the knobs ask for maps of spots.
-  world::Result<uint64_t> follow(gpu::Device& device, const world::WorldView& view, const world::RayStream* opaque,
-                                 const RenderKnobs& knobs);
+  world::Result<uint64_t> follow(gpu::Device& device, const world::WorldView& view, const SkyView& sky,
+                                 const world::RayStream* opaque, const RenderKnobs& knobs);
   /// Which luminaires are seen where, in a picture of this size. Returns the bytes sent.
   world::Result<uint64_t> see(gpu::Device& device, const Camera& camera, int width, int height);
   void describe(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs, uint64_t seed,
@@ -68,7 +69,7 @@ class Lighting {
   void add_spot_maps(const world::World& world, const world::RayStream& opaque, int texels,
                      std::vector<uint32_t>& words);
   void add_cells(std::vector<uint32_t>& words);
-  void add_media(const world::World& world, std::vector<uint32_t>& words);
+  void add_media(const world::World& world, const SkyView& sky, FogLight fog, std::vector<uint32_t>& words);
   void add_blocks(const world::World& world, const RenderKnobs& knobs, std::vector<uint32_t>& words);
 
   LightingVariant variant_;

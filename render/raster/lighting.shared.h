@@ -58,12 +58,12 @@ SHARED_CONST uint kCellWords = 5u;  /* x, y, z of the cell, offset of its list (
 SHARED_CONST uint kPartWords = 10u; /* corner, two edges, running sum of areas */
 
 /* A medium. */
-SHARED_CONST uint kMediumWords = 30u;
+SHARED_CONST uint kMediumWords = 32u;
 SHARED_CONST uint kMedKind = 0u;       /* MEDIUM_..., or kMediumDensityGrid */
 SHARED_CONST uint kMedVoxel = 1u;      /* ivec3 */
 SHARED_CONST uint kMedFraction = 4u;   /* vec3 */
 SHARED_CONST uint kMedExtinction = 7u; /* vec3, 1/m */
-SHARED_CONST uint kMedEmission = 10u;  /* vec3 */
+SHARED_CONST uint kMedEmission = 10u;  /* vec3; with what is scattered in of the sky */
 SHARED_CONST uint kMedHalfExtent = 13u;
 SHARED_CONST uint kMedNormal = 16u;
 SHARED_CONST uint kMedScale = 19u;  /* scale height; voxel size of a grid */
@@ -71,6 +71,8 @@ SHARED_CONST uint kMedLow = 20u;    /* vec3: bounds of a grid, in its voxels */
 SHARED_CONST uint kMedHigh = 23u;   /* vec3 */
 SHARED_CONST uint kMedLeaves = 26u; /* offset: low corner and size of the table in leaves (6 words), then it */
 SHARED_CONST uint kMedTrilinear = 27u;
+SHARED_CONST uint kMedInSun = 28u; /* vec3: fog_light.h */
+SHARED_CONST uint kMedAnisotropy = 31u;
 SHARED_CONST uint kMediumDensityGrid = 255u;
 
 /* BsdfParameters of a block seen from air. */

@@ -144,7 +144,7 @@ class Raster : public RasterBackend {
     const bool maps = knobs.luminaire_shadow == LuminaireShadow::map && calls_for_trace_scene(view.world());
     const world::RayStream* spot_maps =
         maps ? &(smooth ? rays_.stream(view.store(), world::MaskKind::opaque) : shadows_.stream()) : nullptr;
-    TRY(const uint64_t lighting_bytes, lighting.follow(rasterizer_->device(), view, spot_maps, knobs));
+    TRY(const uint64_t lighting_bytes, lighting.follow(rasterizer_->device(), view, sky, spot_maps, knobs));
     TRY_STATUS(textures_.follow(view.palette(), knobs));
     TRY(const uint64_t texture_bytes, rasterizer_->follow_textures(textures_));
     bytes += lighting_bytes + texture_bytes;

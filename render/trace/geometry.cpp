@@ -120,14 +120,14 @@ world::Result<TraceScene> TraceScene::build(const world::WorldView& view, uint32
 }
 
 world::Result<TraceScene> TraceScene::build(const world::WorldView& view, uint32_t gloss, const SkyView& sky,
-                                            LiquidSurface liquids) {
+                                            LiquidSurface liquids, FogLight fog) {
   TRY_STATUS(check_bsdfs(view.palette()));
   TraceScene scene(view, gloss, sky);
   scene.levels_.follow(view, liquids != LiquidSurface::full);
   TRY(scene.shapes_, world::block_shapes(view.palette()));
   TRY(scene.meshes_, MeshScene::build(view.world()));
   scene.add_materials();
-  TRY_STATUS(scene.add_media());
+  TRY_STATUS(scene.add_media(fog));
   TRY_STATUS(scene.add_instances());
   TRY_STATUS(scene.add_luminaires());
   return scene;
@@ -160,7 +160,7 @@ BsdfParameters TraceScene::parameters(BlockId block, float index_other, bool ins
   return bsdf_parameters(view_->palette()[block], index_other, inside, gloss_);
 }
 
-world::Status TraceScene::add_media() {
+world::Status TraceScene::add_media(FogLight fog) {
   const world::World& world = view_->world();
   for (const world::Medium& medium : world.media) {
     if (!has_strength(medium)) continue;
@@ -170,6 +170,8 @@ world::Status TraceScene::add_media() {
     m.scattering = Vec3d(vector_of(medium.scattering));
     m.extinction = m.absorption + m.scattering;
     m.emission = Vec3d(vector_of(medium.emission));
+    m.scattered_in = render::scattered_in(medium, sky_, fog);
+    m.to_sun = sky_.environment.sun_direction;
     m.scatters = any(medium.scattering);
     m.emits = any(medium.emission);
     m.everywhere = medium.name.empty() ||

@@ -29,6 +29,7 @@
 
 #include "render/bsdf/bsdf.h"
 #include "render/knobs.h"
+#include "render/light/fog_light.h"
 #include "render/liquid_levels.h"
 #include "render/sky_view.h"
 #include "render/trace/grid_caster.h"
@@ -128,6 +129,8 @@ struct SceneMedium {
   const world::Medium* medium = nullptr;
   bool everywhere = true;  // else it only fills meshes
   Vec3d absorption{0}, scattering{0}, extinction{0}, emission{0};
+  ScatteredIn scattered_in;  // beside what is followed
+  Vec3d to_sun{0, 1, 0};     // unit
   bool scatters = false, emits = false;
   bool tracks = false;  // a density grid, and not so dense that tracking would never get through
 };
@@ -136,9 +139,10 @@ class TraceScene {
  public:
   /// `gloss`: which lobe glossy surfaces have, as of bsdf_parameters().
   static world::Result<TraceScene> build(const world::WorldView& view, uint32_t gloss = shared::kGlossFresnel);
-  /// With another sky than the world's. liquids: as high as they are, or all full.
+  /// With another sky than the world's. liquids: as high as they are, or all full. fog: what media scatter beside what
+  /// is followed.
   static world::Result<TraceScene> build(const world::WorldView& view, uint32_t gloss, const SkyView& sky,
-                                         LiquidSurface liquids = LiquidSurface::level);
+                                         LiquidSurface liquids = LiquidSurface::level, FogLight fog = FogLight::none);
 
   struct Material {
     const Bsdf* bsdf = nullptr;
@@ -194,7 +198,7 @@ class TraceScene {
  private:
   TraceScene(const world::WorldView& view, uint32_t gloss, const SkyView& sky);
   world::Status add_luminaires();
-  world::Status add_media();
+  world::Status add_media(FogLight fog);
   void add_materials();
   world::Status add_instances();
 

@@ -238,7 +238,7 @@ world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& c
   std::shared_ptr<const world::SkyLight> made;
   TRY(const SkyView sky, sky_view(view.environment(), knobs, made));
   TRY(const TraceScene scene,
-      TraceScene::build(view, static_cast<uint32_t>(knobs.gloss_lobe), sky, knobs.liquid_surface));
+      TraceScene::build(view, static_cast<uint32_t>(knobs.gloss_lobe), sky, knobs.liquid_surface, knobs.fog_light));
   TextureSet textures;
   TRY_STATUS(textures.follow(view.palette(), knobs));
   const LightSet lights = LightSet::build(scene, knobs.light_transport == LightTransport::photons);

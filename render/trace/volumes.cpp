@@ -243,10 +243,13 @@ FogView fog_along(const std::vector<MediumStretch>& stretches, const Vec3d& dire
     for (const MediumStretch& s : stretches) {
       if (s.t0 >= ends[i + 1] || s.t1 <= ends[i]) continue;
       const double d = world::medium_depth(*s.medium->medium, s.origin, direction, ends[i], ends[i + 1]);
+      const Vec3d source = s.medium->emission + s.medium->scattered_in.sky +
+                           s.medium->scattered_in.sun *
+                               phase_density(s.medium->medium->anisotropy, glm::dot(s.medium->to_sun, direction));
       for (int b = 0; b < 3; ++b) {
         if (!(s.medium->extinction[b] > 0)) continue;
         depth[b] += s.medium->extinction[b] * d;
-        shine[b] += std::min(s.medium->extinction[b] * d, 1e30) * s.medium->emission[b];
+        shine[b] += std::min(s.medium->extinction[b] * d, 1e30) * source[b];
       }
     }
     for (int b = 0; b < 3; ++b) {

@@ -78,8 +78,8 @@ Transmittance transmittance(const std::vector<MediumStretch>& stretches, const V
 Transmittance tracked_transmittance(const std::vector<MediumStretch>& stretches, const Vec3d& direction, int hero,
                                     RandomStream& random);
 
-/// What is seen through and of the media alone, with no light scattered in:
-/// `value` multiplies what lies behind; `added` is the media's own light.
+/// What is seen through and of the media alone:
+/// `value` multiplies what lies behind; `added` is the media's own light, and what they scatter in (fog_light.h).
 struct FogView {
   Vec3d value{1}, added{0};
 };

@@ -159,20 +159,16 @@ world::Status outline_block(const RenderOptions& options, render::Backend& backe
   return {};
 }
 
-/// The rasterizer, but where the world is a fog volume, in which it scatters no light; makes such a world look like
-/// fog.
+/// The rasterizer, but where the world is a fog volume, whose light paths show best; makes such a world look like fog.
 world::Status choose_backend(RenderOptions& options, world::World& world) {
   const bool fog = world::is_fog(world);
   if (options.backend.empty()) options.backend = fog ? "raycast" : kUsualBackend;
   if (!fog) return {};
-  if (options.backend != "raster") {
-    // Light from sources only would leave it black.
-    if (options.backend == "raycast") world.knobs.try_emplace("light_transport", "path");
-    if (options.backend == "raycast") world.knobs.try_emplace("spp", std::to_string(kFogSamples));
-    return world::show_fog(world);
+  if (options.backend == "raycast") {
+    world.knobs.try_emplace("light_transport", "path");
+    world.knobs.try_emplace("spp", std::to_string(kFogSamples));
   }
-  std::cerr << "warning: the rasterizer scatters no light in fog: it is shown as solid where it is active\n";
-  return {};
+  return world::show_fog(world);
 }
 
 /// What a run has made ready: a world, what draws it and how.

@@ -103,6 +103,18 @@ vec3 media_transmittance(ivec3 voxel, vec3 fraction, vec3 direction, float t_end
   return passed;
 }
 
+/// phase_density() of render/trace/volumes.h
+float phase_density(float g, float cosine) {
+  const float d = 1.0 + g * g - 2.0 * g * cosine;
+  return (1.0 - g * g) / (4.0 * 3.14159265 * d * sqrt(d));
+}
+
+/// A medium's own radiance along a direction, with what it scatters in.
+vec3 medium_source(uint at, vec3 direction) {
+  return lighting_vec3(at + kMedEmission) + lighting_vec3(at + kMedInSun) * phase_density(lighting_float(at + kMedAnisotropy),
+                                                                                          dot(picture.sun.xyz, direction));
+}
+
 /// What is seen through the media and of them alone: value multiplies what lies behind.
 struct FogView {
   vec3 value, added;
@@ -128,11 +140,11 @@ FogView fog_along(ivec3 voxel, vec3 fraction, vec3 direction, float t_end) {
       if (!(span.x < span.y) || span.x >= next || span.y <= t) continue;
       const float d = depth_of(m, direction, t, next);
       if (!(d > 0.0)) continue;
-      const vec3 sigma = lighting_vec3(m.at + kMedExtinction), emission = lighting_vec3(m.at + kMedEmission);
+      const vec3 sigma = lighting_vec3(m.at + kMedExtinction), source = medium_source(m.at, direction);
       for (int b = 0; b < 3; ++b) {
         if (!(sigma[b] > 0.0)) continue;
         depth[b] += sigma[b] * d;
-        shine[b] += min(sigma[b] * d, 1e30) * emission[b];
+        shine[b] += min(sigma[b] * d, 1e30) * source[b];
       }
     }
     for (int b = 0; b < 3; ++b) {

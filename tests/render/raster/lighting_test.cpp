@@ -306,6 +306,53 @@ TEST(RasterMedia, EveryKindHidesAndGlowsAsTheRayCasterHasIt) {
   expect_agreement(w, camera_at({}, {-60.2, 24.5, -3.4}, {1, 0, 0}), {}, "a level line of sight");
 }
 
+/// fog_light=unhidden is exact where the light is even and nothing is absorbed: what fog takes from the sky behind it
+/// it gives of the sky around it, whatever its shape (hard cases' white furnace, of a medium).
+TEST(RasterMedia, CantBeSeenInAnEvenSky) {
+  World w(world::standard_blocks());
+  w.environment = {};
+  w.environment.sun_irradiance = {};
+  w.environment.sky_zenith = w.environment.sky_horizon = w.environment.sky_ground = {50, 60, 70};
+  const Camera camera = camera_at({}, {-30.2, 14.5, -3.4}, {1, 0.1, 0.2});
+  for (const char* kind : {"homogeneous", "height_fog", "box_fog", "ellipsoid_fog", "halfspace_fog"}) {
+    Medium fog = medium(kind);
+    fog.emission = {}, fog.absorption = {}, fog.anisotropy = 0.6f;
+    w.media = {fog};
+    for (const Image& image : {drawn(raster(), w, camera, {}), cast(w, camera, {})})
+      for (const Rgb& p : image.pixels) {
+        ASSERT_NEAR(p.r, 50, 50 * 2e-5) << kind;
+        ASSERT_NEAR(p.g, 60, 60 * 2e-5) << kind;
+        ASSERT_NEAR(p.b, 70, 70 * 2e-5) << kind;
+      }
+    RenderKnobs none;
+    none.fog_light = FogLight::none;
+    EXPECT_LT(drawn(raster(), w, camera, none).at(kWidth / 2, kHeight / 2).r, 49) << kind;
+  }
+}
+
+/// Endless fog under the sun alone shows albedo * E p(cos), by the phase function of section 27.9.2's Henyey and
+/// Greenstein: forward of the sun more than behind.
+TEST(RasterMedia, EndlessFogShowsThePhaseOfTheSun) {
+  World w(world::standard_blocks());
+  w.environment = {};
+  w.environment.sky_zenith = w.environment.sky_horizon = w.environment.sky_ground = {};
+  w.environment.sun_irradiance = {400, 300, 200};
+  w.environment.sun_direction = glm::normalize(world::Vec3d(0.4, 0.5, -0.3));
+  Medium fog = medium("homogeneous");
+  fog.emission = {}, fog.anisotropy = 0.4f;
+  w.media = {fog};
+  for (const world::Vec3d forward : {world::Vec3d(0.4, 0.5, -0.3), world::Vec3d(-0.7, 0.1, 0.2)}) {
+    const Camera camera = camera_at({}, {0.2, 14.5, 0.4}, forward);
+    const PixelRays rays(camera, kWidth, kHeight);
+    const int x = kWidth / 3, y = kHeight / 2;
+    const double cosine = glm::dot(glm::normalize(rays.direction(x + 0.5, y + 0.5)), w.environment.sun_direction);
+    const double g = fog.anisotropy, phase = (1 - g * g) / (4 * kPi * std::pow(1 + g * g - 2 * g * cosine, 1.5));
+    const double expected = 0.02 / 0.03 * 400 * phase;
+    EXPECT_NEAR(drawn(raster(), w, camera, {}).at(x, y).r, expected, 1e-4 * expected);
+    EXPECT_NEAR(cast(w, camera, {}).at(x, y).r, expected, 1e-4 * expected);
+  }
+}
+
 // --- what a world doesn't call for --------------------------------------------------------------------------------
 
 TEST(RasterLighting, AnAbsentOrPowerlessEffectCostsNothingAndChangesNothing) {

@@ -4,6 +4,8 @@
 /// fog       a density grid, by equal steps of the ray
 /// textures  the valley's ground: a texel, mip levels with 1 to 16 probes, or the mean over the footprint
 /// sky       the valley's ground under rays to the sky, 1 to 64 a pixel
+/// fog_light fog of four shapes, and mist in the valley, without or with the light that it scatters as if nothing hid
+///           it, against paths (of the ray caster, 256 a pixel; quick: 32)
 /// Pictures of 192 x 108 pixels by the device that there is; the error is RMS over the mean of the reference.
 #include <cmath>
 #include <memory>
@@ -190,6 +192,47 @@ void add_subject_raster_lighting(Registry& registry) {
     return settings;
   };
   registry.add(std::move(subject));
+
+  Subject fog{.name = "fog_light",
+              .question = "how far is the light that fog scatters from what paths find?",
+              .reference = "path tracing, 256 samples a pixel (quick: 32)",
+              .metrics = {"RMS error of radiance (relative)", "mean FLIP"},
+              .work_unit = "pixels"};
+  fog.threads = 0;
+  fog.settings = [](BenchContext& context) -> Result<std::vector<Setting>> {
+    if (auto device = make_backend("raster"); !device.ok()) return device.error();
+    std::vector<Setting> settings;
+    for (const std::string name : {"fog_volumes", "mist"}) {
+      TRY(const world::Scene scene, world::load_scene(name));
+      TRY(const ShownWorld of, shown(scene, ""));
+      for (const render::FogLight kind : {render::FogLight::none, render::FogLight::unhidden}) {
+        RenderKnobs knobs;
+        knobs.lod_error_px = 0, knobs.fog_light = kind;
+        const std::string method(knob_choices(kind)[static_cast<size_t>(kind)]);
+        Setting s{.method = name + " " + method, .setting = name + " " + method, .problem = name};
+        s.is_default = kind == RenderKnobs{}.fog_light;
+        const auto backend = rasterizer_of_its_own();
+        const int samples = context.quick() ? 32 : 256;
+        s.measure = [=, &context](uint64_t) {
+          const auto truth = context.shared<render::Image>("fog_light " + name, [&] {
+            RenderKnobs paths;
+            paths.light_transport = render::LightTransport::path, paths.spp = samples;
+            auto rays = make_backend("raycast");
+            CHECK(rays.ok());
+            return std::make_shared<render::Image>(of->picture(rays->get(), paths));
+          });
+          return errors_of(of->picture(backend(), knobs), *truth);
+        };
+        s.run = [=] {
+          keep(of->picture(backend(), knobs));
+          return static_cast<double>(kWidth * kHeight);
+        };
+        settings.push_back(std::move(s));
+      }
+    }
+    return settings;
+  };
+  registry.add(std::move(fog));
 }
 
 }  // namespace tools

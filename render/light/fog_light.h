@@ -1,0 +1,25 @@
+/// Light that media scatter towards the eye where no path follows it (FogLight::unhidden), as a source radiance in
+/// place of an integral over what arrives:
+///
+///   emission + albedo (mean of the sky's radiance over all directions + E_sun p(cos))
+/// p is the phase function, of the angle between the sun's light and its way to the eye.
+/// error  nothing hides the sun and the sky, neither land nor the medium itself; light that is scattered more than once
+/// is
+///        missing. In an even sky, where nothing is absorbed, it is exact: fog can't be seen. Subject fog_light
+/// source McGuire, Hughes et al. Computer Graphics: Principles and Practice, 3rd edition. 2013, section 14.7.4
+#pragma once
+
+#include "render/knobs.h"
+#include "render/sky_view.h"
+#include "world/media/medium.h"
+
+namespace render {
+
+/// By band, W/(m^2 sr) and W/m^2.
+struct ScatteredIn {
+  world::Vec3d sky{0};  // albedo * mean radiance
+  world::Vec3d sun{0};  // albedo * irradiance, still without the phase function
+};
+ScatteredIn scattered_in(const world::Medium& medium, const SkyView& sky, FogLight kind);
+
+}  // namespace render
