@@ -179,6 +179,21 @@ TEST(Layering, EveryIncludeFollowsTheMap) {
   for (const std::string& v : violations(includes)) ADD_FAILURE() << v;
 }
 
+/// No automaton runs on a device, whose floats below 2^-126 may be kept or not: hashes are of processors alone.
+TEST(HardCaseR18, TheSimulationReachesNoDevice) {
+  const std::filesystem::path root = LOAM_SOURCE_DIR;
+  size_t files = 0;
+  for (const std::string& file : source_files()) {
+    if (!file.starts_with("sim/")) continue;
+    ++files;
+    EXPECT_FALSE(file.ends_with(".glsl") || file.ends_with(".glsl.h")) << file;
+    for (const Include& i : includes_of(file, text_of(root / file)))
+      EXPECT_FALSE(i.target.starts_with("render/") || i.target.starts_with("vulkan/") || i.target == "volk.h")
+          << file << " includes " << i.target;
+  }
+  EXPECT_GT(files, 30u) << "the scan found too few files";
+}
+
 TEST(Layering, EveryQuotedIncludeStartsAtTheRoot) {
   const std::filesystem::path root = LOAM_SOURCE_DIR;
   for (const std::string& file : source_files())
