@@ -49,7 +49,7 @@ void add_subject_anti_aliasing(Registry& registry) {
     render::RenderKnobs temporal;
     temporal.anti_aliasing = render::AntiAliasing::temporal;
     constexpr int kPicturesKept = 8;
-    Setting s{.method = "raster, temporal at rest", .setting = "raster, temporal at rest@1", .problem = "raster"};
+    Setting s{.method = "raster temporal at rest", .setting = "raster temporal at rest@1", .problem = "raster"};
     s.knob = 1;
     s.measure = [=](uint64_t) {
       for (int i = 1; i < kPicturesKept; ++i) still->frame(temporal);
