@@ -56,9 +56,7 @@ vec3 decode_light_under(const uint code, const vec3 whole) {
 }
 
 /// SurfaceLightDecoder
-vec3 decode_light(const uint code, const uint face) {
-  return decode_light_under(code, sky_lit(face));
-}
+vec3 decode_light(const uint code, const uint face) { return decode_light_under(code, sky_lit(face)); }
 
 bool sees_whole_sky(const uint code) {
   return code == kLightUnknown || (code & 15u) == 15u || (code >> 4 & 15u) == 15u || (code >> 8 & 15u) == 15u;

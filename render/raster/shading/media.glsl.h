@@ -111,8 +111,9 @@ float phase_density(float g, float cosine) {
 
 /// A medium's own radiance along a direction, with what it scatters in.
 vec3 medium_source(uint at, vec3 direction) {
-  return lighting_vec3(at + kMedEmission) + lighting_vec3(at + kMedInSun) * phase_density(lighting_float(at + kMedAnisotropy),
-                                                                                          dot(picture.sun.xyz, direction));
+  return lighting_vec3(at + kMedEmission) +
+         lighting_vec3(at + kMedInSun) *
+             phase_density(lighting_float(at + kMedAnisotropy), dot(picture.sun.xyz, direction));
 }
 
 /// What is seen through the media and of them alone: value multiplies what lies behind.

@@ -27,8 +27,7 @@ vec3 textured_normal(Material material, ivec3 voxel, uint face, vec3 fraction, v
   if (material.tiles == 0u) return flat_normal;
   const int axis = int(face >> 1);
   return texture_normal(material.tiles, kTextures, kAnisotropy, voxel, face, texture_place(axis, fraction),
-                        texture_place(axis, step_x), texture_place(axis, step_y),
-                        kNormalDetail * material.contrast);
+                        texture_place(axis, step_x), texture_place(axis, step_y), kNormalDetail * material.contrast);
 }
 
 #endif
