@@ -26,7 +26,8 @@ const std::vector<Module>& modules() {
     for (std::string_view prefix :
          {"world/base/", "world/numbers/", "world/units/", "world/space/", "world/blocks/", "world/luminaires/",
           "world/media/", "world/meshes/", "world/proxies/", "world/scenes/camera.", "world/scenes/environment.",
-          "world/scenes/sky.", "world/scenes/simulation_request.", "world/store/", "world/world.", "world/saves/"}) {
+          "world/scenes/linear_sky.", "world/scenes/sky.", "world/scenes/simulation_request.", "world/store/",
+          "world/world.", "world/saves/"}) {
       t.push_back({prefix, below});
       below.push_back(prefix);
     }
