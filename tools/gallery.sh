@@ -148,6 +148,7 @@ twins() {
   twin "a glasshouse" glasshouse glasshouse
   twin "under water" underwater glasshouse --camera underwater
   twin "mist" mist mist
+  twin "fog in a box, an ellipsoid, a half space, and by height" fog fog_volumes --set light_transport=direct
   twin "meshes: a bottle in red light" bottle nightclub --set light_transport=direct
   twin "meshes: two blocks under a square lamp" blocks cornell --set light_transport=direct
   twin "a level set, sphere.vdb, by triangles and by its field" sphere "$data/vdb/sphere.vdb" --set contours=field
