@@ -3,9 +3,8 @@
 ///
 ///   emission + albedo (mean of the sky's radiance over all directions + E_sun p(cos))
 /// p is the phase function, of the angle between the sun's light and its way to the eye.
-/// error  nothing hides the sun and the sky, neither land nor the medium itself; light that is scattered more than once
-/// is
-///        missing. In an even sky, where nothing is absorbed, it is exact: fog can't be seen. Subject fog_light
+/// error  nothing hides the sun and the sky, neither land nor the medium itself, and light that is scattered more than
+///        once is missing. In an even sky, where nothing is absorbed, it is exact: fog can't be seen. Subject fog_light
 /// source McGuire, Hughes et al. Computer Graphics: Principles and Practice, 3rd edition. 2013, section 14.7.4
 #pragma once
 

@@ -330,8 +330,8 @@ TEST(RasterMedia, CantBeSeenInAnEvenSky) {
   }
 }
 
-/// Endless fog under the sun alone shows albedo * E p(cos), by the phase function of section 27.9.2's Henyey and
-/// Greenstein: forward of the sun more than behind.
+/// Endless fog under the sun alone shows albedo * E p(cos), by the phase function of Henyey and Greenstein (Diffuse
+/// Radiation in the Galaxy, 1941): more of it towards the sun than away from it.
 TEST(RasterMedia, EndlessFogShowsThePhaseOfTheSun) {
   World w(world::standard_blocks());
   w.environment = {};
