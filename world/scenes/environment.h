@@ -1,6 +1,7 @@
 /// What surrounds a world: the sun and the sky, in SI units, three bands, linear; and how warm it is at rest.
 #pragma once
 
+#include "world/scenes/clouds.h"
 #include "world/space/world_point.h"
 #include "world/units/quantity.h"
 
@@ -18,6 +19,7 @@ struct Environment {
   // Sunlit land of albedo 1/4 in haze: what lies beyond a world, far below its horizon, and the light that it sends up.
   Radiance3 sky_ground{35.0f, 46.0f, 61.0f};
   Kelvin temperature{288.15};  // of all matter at rest, in (0, kHighestTemperature]; at first the standard atmosphere's
+  Clouds clouds;
 
   friend bool operator==(const Environment&, const Environment&) = default;
 };
