@@ -1,5 +1,6 @@
 #include "render/light/fog_light.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace render {
@@ -33,6 +34,11 @@ ScatteredIn scattered_in(const world::Medium& medium, const SkyView& sky, FogLig
   light.sky = albedo * mean_radiance(sky);
   light.sun = albedo * world::Vec3d(sun.r, sun.g, sun.b);
   return light;
+}
+
+bool fog_shafts(std::span<const world::Medium> media, const SkyView& sky, const RenderKnobs& knobs) {
+  return knobs.fog_sun_rays > 0 && knobs.fog_light != FogLight::none && sky.environment.sun_irradiance.max() > 0 &&
+         std::any_of(media.begin(), media.end(), [](const world::Medium& m) { return m.scattering.max() > 0; });
 }
 
 }  // namespace render

@@ -4,9 +4,12 @@
 ///   emission + albedo (mean of the sky's radiance over all directions + E_sun p(cos))
 /// p is the phase function, of the angle between the sun's light and its way to the eye.
 /// error  nothing hides the sun and the sky, neither land nor the medium itself, and light that is scattered more than
-///        once is missing. In an even sky, where nothing is absorbed, it is exact: fog can't be seen. Subject fog_light
+///        once is missing. In an even sky, where nothing is absorbed, it is exact: fog can't be seen. With fog_sun_rays
+///        the sun is what comes to places along the ray, past land and through media. Subject fog_light
 /// source McGuire, Hughes et al. Computer Graphics: Principles and Practice, 3rd edition. 2013, section 14.7.4
 #pragma once
+
+#include <span>
 
 #include "render/knobs.h"
 #include "render/sky_view.h"
@@ -20,5 +23,8 @@ struct ScatteredIn {
   world::Vec3d sun{0};  // albedo * irradiance, still without the phase function
 };
 ScatteredIn scattered_in(const world::Medium& medium, const SkyView& sky, FogLight kind);
+
+/// Whether fog asks for the sun along rays: fog_shafts.shared.h.
+bool fog_shafts(std::span<const world::Medium> media, const SkyView& sky, const RenderKnobs& knobs);
 
 }  // namespace render

@@ -365,6 +365,7 @@ world::Result<uint64_t> Lighting::follow(gpu::Device& device, const world::World
     return uint64_t{0};
   }
   variant_.luminaire_shadow = static_cast<uint32_t>(knobs.luminaire_shadow);
+  variant_.fog_shafts = fog_shafts(world.media, sky, knobs);
   uint64_t signature = signature_of(world, sky, knobs);
   if (opaque) {
     if (knobs.spot_map_texels < 1 || knobs.spot_map_texels > 4096)
@@ -478,7 +479,8 @@ void Lighting::describe(const world::WorldView& view, const Camera& camera, cons
   p.luminaires = uvec4(luminaires_at_, everywhere_at_, count(cells_.everywhere().size()), blocks_at_);
   p.luminaires_seen = uvec4(seen_parts_.empty() ? 0 : 1, tiles_across_, far_at_, count(far_.size()));
   p.light_cells = uvec4(cells_at_, cell_slots_ - 1, count(static_cast<size_t>(cells_.shift())), 0);
-  p.media = uvec4(media_at_, count(media_count_), static_cast<uint32_t>(std::max(knobs.fog_steps, 1)), 0);
+  p.media = uvec4(media_at_, count(media_count_), static_cast<uint32_t>(std::max(knobs.fog_steps, 1)),
+                  static_cast<uint32_t>(knobs.fog_sun_rays));
   p.light_samples =
       uvec4(static_cast<uint32_t>(std::max(knobs.light_samples, 1)), knobs.sample_sequence == SampleSequence::sobol,
             static_cast<uint32_t>(seed), static_cast<uint32_t>(seed >> 32));

@@ -25,7 +25,8 @@ namespace render::raster {
 /// What shading is compiled for, beside what the knobs say of the sun and of the world's cells.
 struct LightingVariant {
   bool luminaires = false, media = false;
-  bool bsdf = false;  // blocks scatter by their BSDF, not by the sum of what they scatter
+  bool fog_shafts = false;  // fog asks for the sun along rays
+  bool bsdf = false;        // blocks scatter by their BSDF, not by the sum of what they scatter
   uint32_t luminaire_shadow = 0;
   friend auto operator<=>(const LightingVariant&, const LightingVariant&) = default;
 };
@@ -42,7 +43,9 @@ class Lighting {
                 PictureConstants& picture) const;
 
   /// Whether shading asks the grid of opaque voxels.
-  bool casts_rays() const { return variant_.luminaires && variant_.luminaire_shadow != kLuminaireShadowNone; }
+  bool casts_rays() const {
+    return variant_.fog_shafts || (variant_.luminaires && variant_.luminaire_shadow != kLuminaireShadowNone);
+  }
   const LightingVariant& variant() const { return variant_; }
   /// Null handles where there is nothing in them.
   const gpu::Buffer& words() const { return words_; }

@@ -61,6 +61,7 @@ void main() {
   bool mirror = kReflection != kReflectionNone && seen.x != 0u && (seen.x & kSeenNoFace) == 0u &&
                       (block_kinds[2u * seen_block(seen.x) + 1u] & 1u) != 0u;
   if (head == 0u && !mirror && layer_block(eye).absorption.xyz == vec3(0)) return;
+  if (kFogShafts) fog_shift = fog_shaft_shift(float(pixel.x), float(pixel.y));
   const vec3 ray = pixel_ray(vec2(pixel) + 0.5);
   const float inverse_length = inversesqrt(dot(ray, ray)), metres = dot(ray, ray) * inverse_length;
   const vec3 direction = ray * inverse_length;

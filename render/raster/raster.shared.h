@@ -118,6 +118,7 @@ SHARED_CONST uint kSpecNormalDetail = 40;     // float, normal_detail
 SHARED_CONST uint kSpecSunMapFilter = 41;     // int, sun_map_filter
 SHARED_CONST uint kSpecSunCascades = 42;      // int, sun_map_cascades
 SHARED_CONST uint kSpecSunBlockers = 43;      // bool: what isn't opaque takes its part of the sun's light
+SHARED_CONST uint kSpecFogShafts = 46;        // bool: fog asks for the sun along rays: fog_sun_rays
 
 /// A record of SurfaceLightLeaf in words: 16 a direction of faces, 4 a direction of counts before slices, the first
 /// code.
@@ -144,7 +145,7 @@ struct PictureConstants {
   uvec4 luminaires;       // offsets in `lighting`: records, numbers of those that light everything; z: how many; blocks
   uvec4 luminaires_seen;  // x: 1 where some are seen, y: tiles a row, z: offset of those at no place, w: how many
   uvec4 light_cells;      // offset of the table (0: none), slots less 1, log2 of a cell's voxels
-  uvec4 media;            // offset, how many, steps through a density grid
+  uvec4 media;            // offset, how many, steps through a density grid, fog_sun_rays
   uvec4 light_samples;    // of each light with an area; 1: by Sobol's sequence; the picture's seed, low word and high
   vec4 sun_irradiance;    // of a plane that faces it; w: occlusion_distance, m
   vec4 eye_absorption;    // 1/m, of what the camera is in; w: 1 where it is any

@@ -44,6 +44,7 @@ std::vector<Constant> shading_constants(const Drawing& drawing) {
           {kSpecSkyModel, drawing.sky.light != nullptr},
           {kSpecLuminaires, lighting.luminaires},
           {kSpecMedia, lighting.media},
+          {kSpecFogShafts, lighting.fog_shafts},
           {kSpecBsdf, lighting.bsdf},
           {kSpecLuminaireShadow, lighting.luminaire_shadow},
           {kSpecSkyRays, static_cast<uint32_t>(std::max(knobs.sky_rays, 0))},

@@ -14,6 +14,7 @@ layout(location = 0) out vec4 shown_out;
 layout(location = 1) out vec4 passed_out;
 
 void main() {
+  if (kFogShafts) fog_shift = fog_shaft_shift(floor(gl_FragCoord.x), floor(gl_FragCoord.y));
   const vec3 ray = pixel_ray(gl_FragCoord.xy);
   const Interface i = interface_of(seen.x, int(seen.y), ray);
   const uint axis = i.face >> 1u;

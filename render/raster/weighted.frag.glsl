@@ -16,6 +16,7 @@ layout(location = 1) out vec4 depth_out;
 layout(location = 2) out vec4 rest_out;
 
 void main() {
+  if (kFogShafts) fog_shift = fog_shaft_shift(floor(gl_FragCoord.x), floor(gl_FragCoord.y));
   const vec3 ray = pixel_ray(gl_FragCoord.xy);
   const Interface i = interface_of(seen.x, int(seen.y), ray);
   const uint axis = i.face >> 1u;

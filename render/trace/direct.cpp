@@ -117,12 +117,9 @@ Vec3d first_surface(Transport& t, TraceRay ray, Shade shade) {
     const Vec3f absorption = t.tracer.absorption(ray);
     Surface s = t.tracer.intersect(ray, t.crossings);
     t.texture(s, ray, layers.passed, true);
-    if (t.scene().has_media()) {
-      media_along(t.tracer, ray, t.crossings, s.t, t.stretches);
-      const FogView here = fog_along(t.stretches, direction);
-      fog.added += fog.value * here.added;
-      fog.value *= here.value;
-    }
+    const FogView here = t.fog(ray, s.t);
+    fog.added += fog.value * here.added;
+    fog.value *= here.value;
     if (meet_layer(t, layers, s, direction, fog, shade)) {
       const glsl::vec3 left = layers.view.through;
       if (std::max({left.x, left.y, left.z}) < 1e-6f) return Vec3d(layers.view.added);

@@ -134,19 +134,8 @@ class Path {
     ++events_;
     const Vec3d forward = ray_.ray.direction;
     const double g = event.medium->medium->anisotropy;
-    TraceRay start = ray_;
-    for (const Crossing& c : t_.crossings)
-      if (c.t < event.t) c.enters ? start.around.enter(c.instance) : start.around.leave(c.instance);
-    const world::WorldPoint point = ray_.start() + event.t * forward;
-    start.ray.voxel = point.voxel;
-    start.ray.fraction = point.fraction;
-    start.from = {};
-    const Receiver receiver{point, Vec3f(0), false};
-    const auto towards = [&](const Vec3f& wi) {
-      TraceRay r = start;
-      r.ray.direction = Vec3d(wi);
-      return r;
-    };
+    const Receiver receiver{ray_.start() + event.t * forward, Vec3f(0), false};
+    const auto towards = [&](const Vec3f& wi) { return from_air(ray_, t_.crossings, event.t, wi); };
     if (!t_.lights().empty())
       ask_light(
           receiver,

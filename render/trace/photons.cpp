@@ -132,12 +132,9 @@ Vec3d photons_radiance(Transport& t, const TraceRay& camera_ray, const Sampler& 
     const Vec3f absorption = t.tracer.absorption(ray);
     Surface s = t.tracer.intersect(ray, t.crossings);
     t.texture(s, ray, 0, vertex == 0);
-    if (t.scene().has_media()) {
-      media_along(t.tracer, ray, t.crossings, s.t, t.stretches);
-      const FogView fog = fog_along(t.stretches, ray.ray.direction);
-      light += beta * fog.added;
-      beta *= fog.value;
-    }
+    const FogView fog = t.fog(ray, s.t);
+    light += beta * fog.added;
+    beta *= fog.value;
     if (absorption != Vec3f(0)) beta *= absorbed(absorption, s.t);
     if (!s.hit()) return light + beta * seen_far(t, ray);
     if (s.kind == SurfaceKind::luminaire) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/light/fog_light.h"
+#include "render/light/fog_shafts.shared.h"
 #include "render/see_through.h"
 #include "render/shading.h"
 #include "render/textures/texture_set.h"
@@ -10,6 +12,19 @@
 namespace render {
 
 using world::kInfinity;
+
+TraceRay from_air(const TraceRay& ray, const std::vector<Crossing>& crossings, double t, const Vec3f& direction) {
+  TraceRay start = ray;
+  for (const Crossing& c : crossings)
+    if (c.t < t) c.enters ? start.around.enter(c.instance) : start.around.leave(c.instance);
+  const world::WorldPoint point = ray.start() + t * ray.ray.direction;
+  start.ray.voxel = point.voxel;
+  start.ray.fraction = point.fraction;
+  start.ray.direction = Vec3d(direction);
+  start.from = {};
+  start.from_part = kNoPart;
+  return start;
+}
 
 BsdfParameters parameters_for(const Surface& surface, const world::Luminaire* luminaire) {
   BsdfParameters p = surface.parameters;
@@ -47,6 +62,24 @@ Vec3d absorbed(const Vec3f& absorption, double distance) {
   for (int b = 0; b < 3; ++b)
     if (absorption[b] > 0) t[b] = std::exp(-double{absorption[b]} * distance);
   return t;
+}
+
+Transport::Transport(const TransportScene& t)
+    : shared(t), tracer(*t.scene), shafts_(fog_shafts(t.scene->view().world().media, t.scene->sky(), t.knobs)) {}
+
+FogView Transport::fog(const TraceRay& ray, double t_end) {
+  if (!scene().has_media()) return {};
+  media_along(tracer, ray, crossings, t_end, stretches);
+  const Vec3d& direction = ray.ray.direction;
+  if (!shafts_) return fog_along(stretches, direction);
+  LightSample sun;
+  sun.direction = Vec3f(scene().environment().sun_direction);
+  sun.distance = kInfinity;
+  sun.target.kind = LightKind::sun;
+  const auto arrives = [&](double t) { return arrival(from_air(ray, crossings, t, sun.direction), sun).value; };
+  const float shift = shared::fog_shaft_shift(static_cast<float>(column), static_cast<float>(row));
+  const FogShafts shafts{knobs().fog_sun_rays, double{shift}, arrives};
+  return fog_along(stretches, direction, &shafts);
 }
 
 Vec3d Transport::sky(const Vec3f& direction) const {

@@ -62,7 +62,7 @@ struct ShadowTracking {
 
 class Transport {
  public:
-  explicit Transport(const TransportScene& t) : shared(t), tracer(*t.scene) {}
+  explicit Transport(const TransportScene& t);
 
   const TransportScene& shared;
   Tracer tracer;
@@ -75,6 +75,9 @@ class Transport {
   /// straight. Counts one shadow ray. Density grids are tracked where `tracking` says how, else exact.
   /// Without `shadows` nothing but media takes of it.
   Arrival arrival(TraceRay from, const LightSample& light, ShadowTracking* tracking = nullptr, bool shadows = true);
+  /// Of the media along a ray up to t_end, `crossings` being what it crosses there. Counts a shadow ray for each piece
+  /// of its shafts.
+  FogView fog(const TraceRay& ray, double t_end);
   /// Radiance from the sky along a ray that leaves the scene.
   Vec3d sky(const Vec3f& direction) const;
   /// The same with what only an eye sees: disks and stars.
@@ -88,7 +91,13 @@ class Transport {
   Vec3f pixel_x{0}, pixel_y{0};  // from the camera's ray at hand, of length 1, to those of the next pixels
   std::vector<Crossing> crossings, shadow_crossings;
   std::vector<MediumStretch> stretches, shadow_stretches;
+
+ private:
+  const bool shafts_;
 };
+
+/// From a place that a ray passes, t metres on, into another direction.
+TraceRay from_air(const TraceRay& ray, const std::vector<Crossing>& crossings, double t, const Vec3f& direction);
 
 // --- surfaces -----------------------------------------------------------------------------------------------------
 

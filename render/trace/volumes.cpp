@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
+#include "render/light/fog_shafts.shared.h"
 #include "render/trace/media.h"
 
 namespace render {
@@ -229,13 +231,17 @@ Transmittance tracked_transmittance(const std::vector<MediumStretch>& stretches,
   return t;
 }
 
-FogView fog_along(const std::vector<MediumStretch>& stretches, const Vec3d& direction) {
-  FogView view;
-  if (stretches.empty()) return view;
+namespace {
+
+/// Goes on with a view that ends at t.
+void see_fog(FogView& view, const std::vector<MediumStretch>& stretches, const Vec3d& direction, double t, double t_end,
+             const Vec3d& sun) {
   // Between the ends of stretches the set of media is the same; within such a part each shines in proportion to its
   // depth, which is exact for one medium and for constant densities.
-  std::vector<double> ends;
-  for (const MediumStretch& s : stretches) ends.insert(ends.end(), {s.t0, s.t1});
+  std::vector<double> ends{t, t_end};
+  for (const MediumStretch& s : stretches)
+    for (const double end : {s.t0, s.t1})
+      if (end > t && end < t_end) ends.push_back(end);
   std::sort(ends.begin(), ends.end());
   ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
   for (size_t i = 0; i + 1 < ends.size(); ++i) {
@@ -244,7 +250,7 @@ FogView fog_along(const std::vector<MediumStretch>& stretches, const Vec3d& dire
       if (s.t0 >= ends[i + 1] || s.t1 <= ends[i]) continue;
       const double d = world::medium_depth(*s.medium->medium, s.origin, direction, ends[i], ends[i + 1]);
       const Vec3d source = s.medium->emission + s.medium->scattered_in.sky +
-                           s.medium->scattered_in.sun *
+                           sun * s.medium->scattered_in.sun *
                                phase_density(s.medium->medium->anisotropy, glm::dot(s.medium->to_sun, direction));
       for (int b = 0; b < 3; ++b) {
         if (!(s.medium->extinction[b] > 0)) continue;
@@ -258,6 +264,66 @@ FogView fog_along(const std::vector<MediumStretch>& stretches, const Vec3d& dire
       view.value[b] *= std::exp(-depth[b]);
     }
   }
+}
+
+/// All media's depth over [t0, t1], the mean of the bands: about that, in density grids, where it is asked for often.
+double mean_depth(const std::vector<MediumStretch>& stretches, const Vec3d& direction, double t0, double t1) {
+  double sum = 0;
+  for (const MediumStretch& s : stretches) {
+    const double from = std::max(t0, s.t0), to = std::min(t1, s.t1);
+    if (!(from < to)) continue;
+    double depth = 0;
+    if (s.medium->medium->field) {
+      constexpr int kSteps = shared::kFogShaftGridSteps;
+      for (int i = 0; i < kSteps; ++i)
+        depth +=
+            world::medium_density(*s.medium->medium, s.origin + (from + (i + 0.5) / kSteps * (to - from)) * direction) *
+            ((to - from) / kSteps);
+    } else {
+      depth = world::medium_depth(*s.medium->medium, s.origin, direction, from, to);
+    }
+    sum += Bands::mean(s.medium->extinction) * depth;
+  }
+  return sum;
+}
+
+/// From where to where the pieces lie.
+std::pair<double, double> fog_shaft_span(const std::vector<MediumStretch>& stretches, const Vec3d& direction) {
+  double from = kInfinity, to = 0;
+  for (const MediumStretch& s : stretches) from = std::min(from, s.t0), to = std::max(to, s.t1);
+  to = std::min(to, double{shared::kFogShaftFarthest});
+  if (!(from < to)) return {from, to};
+  const double total = mean_depth(stretches, direction, from, to);
+  if (shared::fog_shafts_go_through(static_cast<float>(mean_depth(stretches, direction, from, (from + to) / 2)),
+                                    static_cast<float>(total)))
+    return {from, to};
+  const double wanted = shared::fog_shaft_depth(static_cast<float>(total));
+  double high = 1;
+  while (high < to - from && mean_depth(stretches, direction, from, from + high) < wanted) high *= 2;
+  double low = high / 2;
+  for (int i = 0; i < shared::kFogShaftHalvings; ++i) {
+    const double middle = (low + high) / 2;
+    (mean_depth(stretches, direction, from, from + middle) < wanted ? low : high) = middle;
+  }
+  return {from, from + std::min(high, to - from)};
+}
+
+}  // namespace
+
+FogView fog_along(const std::vector<MediumStretch>& stretches, const Vec3d& direction, const FogShafts* shafts) {
+  FogView view;
+  if (stretches.empty()) return view;
+  double t = 0;
+  if (shafts) {
+    const auto [from, to] = fog_shaft_span(stretches, direction);
+    const int pieces = from < to ? shafts->pieces : 0;
+    for (int i = 0; i < pieces; ++i) {
+      const double next = i + 1 < pieces ? from + (to - from) * (i + 1) / pieces : kInfinity;
+      see_fog(view, stretches, direction, t, next, shafts->sun(from + (to - from) * (i + shafts->shift) / pieces));
+      t = next;
+    }
+  }
+  if (t < kInfinity) see_fog(view, stretches, direction, t, kInfinity, Vec3d(1));
   return view;
 }
 

@@ -24,6 +24,7 @@
 #include "render/knobs.h"
 #include "render/trace/geometry.h"
 #include "render/trace/sampler.h"
+#include "world/base/function_ref.h"
 
 namespace render {
 
@@ -83,7 +84,15 @@ Transmittance tracked_transmittance(const std::vector<MediumStretch>& stretches,
 struct FogView {
   Vec3d value{1}, added{0};
 };
-FogView fog_along(const std::vector<MediumStretch>& stretches, const Vec3d& direction);
+/// What of the sun's light comes to fog along the ray: fog_shafts.shared.h.
+struct FogShafts {
+  int pieces;
+  double shift;                             // of each piece before the point that stands for it
+  world::FunctionRef<Vec3d(double t)> sun;  // that arrives at t, by band
+};
+/// shafts: null where nothing hides the sun.
+FogView fog_along(const std::vector<MediumStretch>& stretches, const Vec3d& direction,
+                  const FogShafts* shafts = nullptr);
 
 /// Henyey and Greenstein's phase function, which is also the density with which sample_phase picks directions, 1/sr.
 /// `cosine`: between the ways of the light before and after.

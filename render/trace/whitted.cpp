@@ -38,11 +38,7 @@ struct Recursion {
     Surface s = t.tracer.intersect(ray, t.crossings);
     const glm::vec4* const body = first_body(t.shared.bodies, ray.ray, s.t);
     t.texture(s, ray, 0, vertex == 0);
-    FogView fog;
-    if (t.scene().has_media()) {
-      media_along(t.tracer, ray, t.crossings, s.t, t.stretches);
-      fog = fog_along(t.stretches, ray.ray.direction);
-    }
+    const FogView fog = t.fog(ray, s.t);
     Vec3d light = body ? Vec3d(glm::vec3(*body)) : s.hit() ? Vec3d(s.emission) : seen_far(t, ray);
     if (!body && s.hit() && s.kind != SurfaceKind::luminaire)
       light += scattered(s, Vec3f(-ray.ray.direction), depth, share);

@@ -1,9 +1,13 @@
 // Fog along a ray: fog_along() and transmittance() of render/trace/volumes.h, by the same closed forms; density grids
-// by equal steps at whose middles the density is taken.
+// by equal steps at whose middles the density is taken. Shafts of light in it: render/light/fog_shafts.shared.h.
 #ifndef LOAM_RENDER_RASTER_SHADING_MEDIA_GLSL_H
 #define LOAM_RENDER_RASTER_SHADING_MEDIA_GLSL_H
+#include "render/light/fog_shafts.shared.h"
+#include "render/raster/shading/grid.glsl.h"
 #include "render/raster/shading/lighting.glsl.h"
 #include "world/media/every_medium.shared.h"
+
+layout(constant_id = kSpecFogShafts) const bool kFogShafts = false;
 
 MediumShape medium_shape(uint at) {
   MediumShape m;
@@ -73,20 +77,22 @@ vec2 span_of(const NearMedium m, vec3 direction) {
   return medium_span(m.kind, medium_shape(m.at), m.origin, direction);
 }
 
-/// The integral of the density over [t0, t1], m.
-float depth_of(const NearMedium m, vec3 direction, float t0, float t1) {
+/// The integral of the density over [t0, t1], m; of a density grid in so many steps.
+float depth_in_steps(const NearMedium m, vec3 direction, float t0, float t1, uint steps) {
   if (m.kind != kMediumDensityGrid) return medium_depth(m.kind, medium_shape(m.at), m.origin, direction, t0, t1);
   const vec2 span = grid_span(m.at, m.origin, direction);
   t0 = max(t0, span.x);
   t1 = min(t1, span.y);
   if (!(t0 < t1)) return 0.0;
   const float inverse = 1.0 / lighting_float(m.at + kMedScale);
-  const uint steps = picture.media.z;
   const float stretch = (t1 - t0) / float(steps);
   float sum = 0.0;
   for (uint i = 0u; i < steps; ++i)
     sum += grid_density(m.at, (m.origin + (t0 + (float(i) + 0.5) * stretch) * direction) * inverse);
   return sum * stretch;
+}
+float depth_of(const NearMedium m, vec3 direction, float t0, float t1) {
+  return depth_in_steps(m, direction, t0, t1, picture.media.z);
 }
 
 vec3 attenuation(vec3 sigma, float depth) {
@@ -109,10 +115,10 @@ float phase_density(float g, float cosine) {
   return (1.0 - g * g) / (4.0 * 3.14159265 * d * sqrt(d));
 }
 
-/// A medium's own radiance along a direction, with what it scatters in.
-vec3 medium_source(uint at, vec3 direction) {
+/// A medium's own radiance along a direction, with what it scatters in. sun: what arrives of the sun's light.
+vec3 medium_source(uint at, vec3 direction, vec3 sun) {
   return lighting_vec3(at + kMedEmission) +
-         lighting_vec3(at + kMedInSun) *
+         sun * lighting_vec3(at + kMedInSun) *
              phase_density(lighting_float(at + kMedAnisotropy), dot(picture.sun.xyz, direction));
 }
 
@@ -120,12 +126,10 @@ vec3 medium_source(uint at, vec3 direction) {
 struct FogView {
   vec3 value, added;
 };
-FogView fog_along(ivec3 voxel, vec3 fraction, vec3 direction, float t_end) {
-  FogView view;
-  view.value = vec3(1.0);
-  view.added = vec3(0.0);
+
+/// Goes on with a view that ends at t.
+void see_fog(inout FogView view, ivec3 voxel, vec3 fraction, vec3 direction, float t, float t_end, vec3 sun) {
   // Between the ends of stretches the set of media is the same.
-  float t = 0.0;
   for (uint part = 0u; part <= 2u * picture.media.y && t < t_end; ++part) {
     float next = t_end;
     for (uint i = 0u; i < picture.media.y; ++i) {
@@ -141,7 +145,7 @@ FogView fog_along(ivec3 voxel, vec3 fraction, vec3 direction, float t_end) {
       if (!(span.x < span.y) || span.x >= next || span.y <= t) continue;
       const float d = depth_of(m, direction, t, next);
       if (!(d > 0.0)) continue;
-      const vec3 sigma = lighting_vec3(m.at + kMedExtinction), source = medium_source(m.at, direction);
+      const vec3 sigma = lighting_vec3(m.at + kMedExtinction), source = medium_source(m.at, direction, sun);
       for (int b = 0; b < 3; ++b) {
         if (!(sigma[b] > 0.0)) continue;
         depth[b] += sigma[b] * d;
@@ -155,6 +159,75 @@ FogView fog_along(ivec3 voxel, vec3 fraction, vec3 direction, float t_end) {
     }
     t = next;
   }
+}
+
+/// Of the pixel at hand; main() sets it.
+float fog_shift = 0.5;
+
+/// All media's depth over [t0, t1], the mean of the bands: about that, in density grids.
+float mean_depth(ivec3 voxel, vec3 fraction, vec3 direction, float t0, float t1) {
+  float sum = 0.0;
+  for (uint i = 0u; i < picture.media.y; ++i) {
+    const NearMedium m = near_medium(i, voxel, fraction);
+    const vec2 span = span_of(m, direction);
+    const float from = max(t0, span.x), to = min(t1, span.y);
+    if (!(from < to)) continue;
+    sum += dot(lighting_vec3(m.at + kMedExtinction), vec3(1.0 / 3.0)) *
+           depth_in_steps(m, direction, from, to, uint(kFogShaftGridSteps));
+  }
+  return sum;
+}
+
+/// Where the pieces lie; x >= y: the ray meets no medium.
+vec2 fog_shaft_span(ivec3 voxel, vec3 fraction, vec3 direction, float t_end) {
+  vec2 all = vec2(t_end, 0.0);
+  for (uint i = 0u; i < picture.media.y; ++i) {
+    const vec2 span = span_of(near_medium(i, voxel, fraction), direction);
+    if (span.x < span.y) all = vec2(min(all.x, max(span.x, 0.0)), max(all.y, min(span.y, t_end)));
+  }
+  all.y = min(all.y, kFogShaftFarthest);
+  if (!(all.x < all.y)) return all;
+  const float most = all.y - all.x, total = mean_depth(voxel, fraction, direction, all.x, all.y);
+  if (fog_shafts_go_through(mean_depth(voxel, fraction, direction, all.x, all.x + 0.5 * most), total)) return all;
+  const float wanted = fog_shaft_depth(total);
+  float high = 1.0;
+  while (high < most && mean_depth(voxel, fraction, direction, all.x, all.x + high) < wanted) high *= 2.0;
+  float low = 0.5 * high;
+  for (int i = 0; i < kFogShaftHalvings; ++i) {
+    const float middle = 0.5 * (low + high);
+    if (mean_depth(voxel, fraction, direction, all.x, all.x + middle) < wanted)
+      low = middle;
+    else
+      high = middle;
+  }
+  all.y = all.x + min(high, most);
+  return all;
+}
+
+/// Of the sun's light what comes to a place along the ray, past what is opaque and through the media.
+vec3 sun_in_fog(ivec3 voxel, vec3 fraction, vec3 direction, float t) {
+  const vec3 place = fraction + t * direction, corner = floor(place);
+  const ivec3 there = voxel + ivec3(corner);
+  if (!sun_visible(there, place - corner, kNoTriangle)) return vec3(0.0);
+  return media_transmittance(there, place - corner, picture.sun.xyz, kMediumFar);
+}
+
+FogView fog_along(ivec3 voxel, vec3 fraction, vec3 direction, float t_end) {
+  FogView view;
+  view.value = vec3(1.0);
+  view.added = vec3(0.0);
+  float t = 0.0;
+  if (kFogShafts) {
+    const vec2 span = fog_shaft_span(voxel, fraction, direction, t_end);
+    const uint pieces = span.x < span.y ? picture.media.w : 0u;
+    for (uint i = 0u; i < pieces; ++i) {
+      const float next = i + 1u < pieces ? mix(span.x, span.y, float(i + 1u) / float(pieces)) : t_end;
+      const float at = mix(span.x, span.y, (float(i) + fog_shift) / float(pieces));
+      see_fog(view, voxel, fraction, direction, t, next, sun_in_fog(voxel, fraction, direction, at));
+      t = next;
+    }
+  }
+  see_fog(view, voxel, fraction, direction, t, t_end, vec3(1.0));
   return view;
 }
 

@@ -28,6 +28,7 @@ vec3 pixel_radiance(uvec2 pixel, uvec2 seen) {
   const float inverse_length = inversesqrt(dot(ray, ray));
   const vec3 direction = ray * inverse_length;
   if (kLuminaires || kSkyRays > 0u) sampler_key = sampler_key_of(picture.light_samples.zw, pixel);
+  if (kFogShafts) fog_shift = fog_shaft_shift(float(pixel.x), float(pixel.y));
   vec3 colour = vec3(0.0);
   float distance = kMediumFar;  // to what is seen, m
   if (kShapes && (seen.x & kSeenShape) != 0u) {

@@ -353,6 +353,105 @@ TEST(RasterMedia, EndlessFogShowsThePhaseOfTheSun) {
   }
 }
 
+/// Fog of a box below a roof with a slit, under a sun in the zenith, beside a wall that hides nothing.
+World beam() {
+  World w(world::standard_blocks());
+  world::EditBatch roof;
+  roof.fill(box_at({}, {-20, 30, -20}, {19, 30, 19}), block(w, "stone"));
+  roof.fill(box_at({}, {4, 30, -20}, {8, 30, 19}), world::kAir);
+  apply(w, roof);
+  w.environment = {};
+  w.environment.sky_zenith = w.environment.sky_horizon = w.environment.sky_ground = {};
+  w.environment.sun_irradiance = {400, 300, 200};
+  w.environment.sun_direction = {0, 1, 0};
+  Medium fog = medium("box_fog");
+  fog.emission = {}, fog.anisotropy = 0.3f;
+  fog.position = WorldPoint::from(0, 10, 0), fog.half_extent = {15, 10, 15};
+  w.media = {fog};
+  return w;
+}
+
+/// A beam through a slit 5 m wide, looked through level from outside: albedo * E p(90 degrees) exp(-sigma (20 - y))
+/// (exp(-sigma a) - exp(-sigma b)), with [a, b] of the ray in the beam. Of n pieces of the 30 m at most two are wrong,
+/// at the beam's edges: 2 / n of what all the fog would show.
+TEST(RasterMedia, ASlitInARoofMakesABeam) {
+  const World w = beam();
+  const Camera camera = camera_at({}, {-25.5, 12.5, 0.5}, {1, 0, 0});
+  const PixelRays rays(camera, kWidth, kHeight);
+  const int x = kWidth / 2, y = kHeight / 2;
+  const world::Vec3d d = glm::normalize(rays.direction(x + 0.5, y + 0.5));
+  const double sigma = 0.03, g = 0.3, phase = (1 - g * g) / (4 * kPi * std::pow(1 + g * g - 2 * g * d.y, 1.5));
+  // The ray is level but for half a pixel.
+  const double y_beam = 12.5 + d.y * 32;
+  const double lit = 0.02 / sigma * 400 * phase * std::exp(-sigma * (20 - y_beam));
+  const double expected = lit * (std::exp(-sigma * (19 / d.x)) - std::exp(-sigma * (24 / d.x)));
+  const double all = 0.02 / sigma * 400 * phase * -std::expm1(-sigma * 30);
+  for (const int pieces : {4, 32, 256}) {
+    RenderKnobs knobs;
+    knobs.fog_sun_rays = pieces;
+    knobs.sun_shadow = SunShadow::none;  // which surfaces alone have
+    const double bound = 2 * all / pieces + 2e-3 * expected;
+    EXPECT_NEAR(drawn(raster(), w, camera, knobs).at(x, y).r, expected, bound) << pieces;
+    EXPECT_NEAR(cast(w, camera, knobs).at(x, y).r, expected, bound) << pieces;
+  }
+  EXPECT_GT(drawn(raster(), w, camera, {}).at(x, y).r, 0.99 * all);
+}
+
+TEST(RasterMedia, ShaftsOfLightAreTheRayCasters) {
+  World w = hills();
+  for (const char* const kind : {"homogeneous", "height_fog", "box_fog", "ellipsoid_fog", "halfspace_fog"}) {
+    Medium fog = medium(kind);
+    fog.emission = {}, fog.anisotropy = 0.4f;
+    w.media = {fog};
+    for (const int pieces : {1, 8}) {
+      RenderKnobs knobs;
+      knobs.fog_sun_rays = pieces;
+      expect_agreement(w, hill_cameras()[0].camera, knobs, fmt::format("{}, {} pieces", kind, pieces));
+    }
+  }
+}
+
+/// Where nothing hides the sun and the fog is thin, any number of pieces is the closed form.
+TEST(RasterMedia, WhatHidesNothingMakesNoShafts) {
+  World w = beam();
+  world::EditBatch none;
+  none.fill(box_at({}, {-20, 30, -20}, {19, 30, 19}), world::kAir);
+  apply(w, none);
+  w.media[0].scattering = {2e-5f, 3e-5f, 4e-5f}, w.media[0].absorption = {};
+  const Camera camera = camera_at({}, {-25.5, 12.5, 0.5}, {1, 0.1, 0.2});
+  const Image whole = drawn(raster(), w, camera, {});
+  for (const int pieces : {1, 7}) {
+    RenderKnobs knobs;
+    knobs.fog_sun_rays = pieces;
+    for (const Image& image : {drawn(raster(), w, camera, knobs), cast(w, camera, knobs)})
+      for (size_t i = 0; i < image.pixels.size(); ++i)
+        ASSERT_NEAR(image.pixels[i].g, whole.pixels[i].g, 2e-3 * whole.pixels[i].g + 1e-9) << pieces;
+  }
+}
+
+TEST(RasterMedia, RaysOfAbsentFogCostNothing) {
+  RenderKnobs none, rays;
+  rays.fog_sun_rays = 16;
+  none.sun_shadow = rays.sun_shadow = SunShadow::none;
+  const auto report = [&](const World& w, const RenderKnobs& knobs) {
+    auto frame = raster().render(world::WorldView(w), hill_cameras()[0].camera, knobs, kWidth, kHeight);
+    CHECK(frame.ok());
+    uint64_t sent = 0;
+    for (const PassReport& pass : frame->report.passes)
+      if (pass.name == "upload") sent = pass.bytes;
+    return std::make_pair(std::move(frame->image.pixels), sent);
+  };
+  World w = hills();
+  report(w, none);  // sends what there is
+  EXPECT_TRUE(report(w, rays) == report(w, none));
+  w.media = {medium("box_fog")};  // which scatters
+  report(w, none);
+  EXPECT_EQ(report(w, none).second, 0u);
+  EXPECT_GT(report(w, rays).second, 0u);  // the grid
+  w.media[0].scattering = {};             // which only absorbs
+  EXPECT_TRUE(report(w, rays).first == report(w, none).first);
+}
+
 // --- what a world doesn't call for --------------------------------------------------------------------------------
 
 TEST(RasterLighting, AnAbsentOrPowerlessEffectCostsNothingAndChangesNothing) {

@@ -5,7 +5,7 @@
 /// textures  the valley's ground: a texel, mip levels with 1 to 16 probes, or the mean over the footprint
 /// sky       the valley's ground under rays to the sky, 1 to 64 a pixel
 /// fog_light fog of four shapes, and mist in the valley, without or with the light that it scatters as if nothing hid
-///           it, against paths (of the ray caster, 256 a pixel; quick: 32)
+///           it, or by rays to the sun, against paths (of the ray caster, 256 a pixel; quick: 32)
 /// Pictures of 192 x 108 pixels by the device that there is; the error is RMS over the mean of the reference.
 #include <cmath>
 #include <memory>
@@ -205,21 +205,23 @@ void add_subject_raster_lighting(Registry& registry) {
     for (const std::string name : {"fog_volumes", "mist"}) {
       TRY(const world::Scene scene, world::load_scene(name));
       TRY(const ShownWorld of, shown(scene, ""));
-      for (const render::FogLight kind : {render::FogLight::none, render::FogLight::unhidden}) {
+      for (const int rays : {-1, 0, 1, 4, 16, 64}) {
         RenderKnobs knobs;
-        knobs.lod_error_px = 0, knobs.fog_light = kind;
-        const std::string method(knob_choices(kind)[static_cast<size_t>(kind)]);
+        knobs.lod_error_px = 0, knobs.fog_sun_rays = std::max(rays, 0);
+        if (rays < 0) knobs.fog_light = render::FogLight::none;
+        const std::string method = rays > 0 ? "rays" : rays == 0 ? "unhidden" : "none";
         Setting s{.method = name + " " + method, .setting = name + " " + method, .problem = name};
-        s.is_default = kind == RenderKnobs{}.fog_light;
+        if (rays > 0) s.setting += fmt::format("@{}", rays), s.knob = rays;
+        s.is_default = rays == RenderKnobs{}.fog_sun_rays;
         const auto backend = rasterizer_of_its_own();
         const int samples = context.quick() ? 32 : 256;
         s.measure = [=, &context](uint64_t) {
           const auto truth = context.shared<render::Image>("fog_light " + name, [&] {
             RenderKnobs paths;
             paths.light_transport = render::LightTransport::path, paths.spp = samples;
-            auto rays = make_backend("raycast");
-            CHECK(rays.ok());
-            return std::make_shared<render::Image>(of->picture(rays->get(), paths));
+            auto caster = make_backend("raycast");
+            CHECK(caster.ok());
+            return std::make_shared<render::Image>(of->picture(caster->get(), paths));
           });
           return errors_of(of->picture(backend(), knobs), *truth);
         };
