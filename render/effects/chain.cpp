@@ -10,6 +10,7 @@
 #include "render/effects/chain.shared.h"
 #include "render/image/display.h"
 #include "render/image/formats.shared.h"
+#include "render/knob_ranges.h"
 #include "world/base/jobs.h"
 
 namespace render {
@@ -28,25 +29,6 @@ constexpr const char* kNames[] = {
 #include "render_effects.list.h"
 #undef EFFECT
 };
-
-world::Status check_range(const char* knob, double value, double low, double high) {
-  if (value >= low && value <= high) return {};
-  return world::usage_error(fmt::format("the knob {} is {}, but must lie within {} and {}", knob, value, low, high));
-}
-
-world::Status check_knobs(const RenderKnobs& k) {
-  TRY_STATUS(check_range("bloom", k.bloom, 0, 1));
-  TRY_STATUS(check_range("bloom_radius", k.bloom_radius, 1e-4, 0.5));
-  TRY_STATUS(check_range("bloom_threshold", k.bloom_threshold, 0, 1e9));
-  TRY_STATUS(check_range("bloom_levels", k.bloom_levels, 0, 16));
-  TRY_STATUS(check_range("lens_flare", k.lens_flare, 0, 100));
-  TRY_STATUS(check_range("lens_flare_blades", k.lens_flare_blades, 3, shared::kMostBlades));
-  TRY_STATUS(check_range("vignette", k.vignette, 0, 10));
-  TRY_STATUS(check_range("chromatic_aberration", k.chromatic_aberration, 0, 0.1));
-  TRY_STATUS(check_range("grain", k.grain, 0, 1));
-  TRY_STATUS(check_range("exposure_key", k.exposure_key, 1e-3, 1));
-  return check_range("exposure", k.exposure, -64, 64);
-}
 
 /// Lays levels, a row's blur and lobes out in one buffer.
 class BloomPlanner {
@@ -158,7 +140,7 @@ void gather(const EffectPlan& plan, const shared::EffectSource& source, Image& i
 
 world::Result<EffectPlan> plan_effects(const Camera& camera, const RenderKnobs& knobs, int width, int height,
                                        std::span<const FlareSpot> spots) {
-  TRY_STATUS(check_knobs(knobs));
+  TRY_STATUS(check_ranges(knobs));
   EffectPlan plan;
   shared::EffectFrame& f = plan.frame;
   const PictureWindow& window = camera.window;

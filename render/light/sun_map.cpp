@@ -25,8 +25,6 @@ void SunMap::clear() {
 world::Status SunMap::follow(const world::WorldView& view, const world::RayStream& opaque, float texel,
                              const Vec3d& sun) {
   const uint64_t blocks = opaque.walker().volume().version();
-  if (!(texel >= 1e-3f && texel <= 1e3f))
-    return world::usage_error(fmt::format("sun_map_texel: {} m isn't between 0.001 and 1000", texel));
   if (store_ == view.store().identity() && blocks_ == blocks && sun_ == sun && frame_.w.w == texel) return {};
   const world::VoxelBox box = view.store().bounds();
 

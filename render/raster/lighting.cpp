@@ -368,8 +368,6 @@ world::Result<uint64_t> Lighting::follow(gpu::Device& device, const world::World
   variant_.fog_shafts = fog_shafts(world.media, sky, knobs);
   uint64_t signature = signature_of(world, sky, knobs);
   if (opaque) {
-    if (knobs.spot_map_texels < 1 || knobs.spot_map_texels > 4096)
-      return world::usage_error(fmt::format("spot_map_texels is {}, but must be 1 to 4096", knobs.spot_map_texels));
     signature = world::hash_combine(world::hash_combine(signature, opaque->walker().volume().version()),
                                     static_cast<uint64_t>(knobs.spot_map_texels));
   }

@@ -8,6 +8,7 @@
 #include "render/extract/extractor.h"
 #include "render/extract/levels.h"
 #include "render/extract/proxies.h"
+#include "render/knob_ranges.h"
 #include "render/light/shadow_voxels.h"
 #include "render/raster/culling.h"
 #include "render/raster/rasterizer.h"
@@ -69,6 +70,7 @@ class Raster : public RasterBackend {
     if (width < 1 || height < 1)
       return world::usage_error("a picture must be at least 1x1 pixel, not " + std::to_string(width) + "x" +
                                 std::to_string(height));
+    TRY_STATUS(check_ranges(knobs));
     TRY_STATUS(check_bsdfs(view.palette()));
     TRY_STATUS(world::check_proxies(view.palette()));
     // A lost device is made anew, with all that it held; three times in a row is a fault.
@@ -95,8 +97,6 @@ class Raster : public RasterBackend {
                                       int width, int height) {
     const auto start = Clock::now();
     if (!rasterizer_) TRY_STATUS(open());
-    if (!(asked.contour_iso >= 0 && std::isfinite(asked.contour_iso)))
-      return world::usage_error("contour_iso must be a finite density of 0 or more");
     // A smooth surface stands for all blocks: no faces, no layers, and no grid or map of them for shadows.
     const bool smooth = rasterizer_->triangles_alone = shows_surface(view.store(), asked);
     RenderKnobs knobs = asked;

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "render/effects/samples.h"
+#include "render/knob_ranges.h"
 #include "render/shading.h"
 #include "render/light/shadow_voxels.h"
 #include "render/light/sun_maps.h"
@@ -568,10 +569,7 @@ world::Status check(const Camera& camera, const RenderKnobs& knobs, int width, i
   if (!GridRay(camera.position, camera.forward).valid())
     return world::usage_error(
         fmt::format("the camera lies outside the world, whose border is at {} m on each axis", world::kWorldBorder));
-  if (!(knobs.view_distance >= 0)) return world::usage_error("view_distance must be 0 or more metres");
-  if (!(knobs.contour_iso >= 0 && std::isfinite(knobs.contour_iso)))
-    return world::usage_error("contour_iso must be a finite density of 0 or more");
-  return {};
+  return check_ranges(knobs);
 }
 
 class RaycastBackend : public Backend {

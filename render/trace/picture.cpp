@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "render/effects/chain.h"
+#include "render/knob_ranges.h"
 #include "render/see_through.h"
 #include "render/trace/film.h"
 #include "render/textures/texture_set.h"
@@ -57,16 +58,7 @@ world::Status check(const Camera& camera, const RenderKnobs& knobs, int width, i
     return world::usage_error("the camera needs a direction of length 1 and a field of view between 0 and 180 degrees");
   if (!(camera.lens_radius >= 0 && camera.lens_radius < 1e6) || !(camera.focus_distance > 0))
     return world::usage_error("the camera's lens radius must be at least 0, its focus distance above 0");
-  const auto at_least = [](const char* knob, double value, double least) -> world::Status {
-    if (value >= least) return {};
-    return world::usage_error(fmt::format("the knob {} is {}, but must be at least {}", knob, value, least));
-  };
-  TRY_STATUS(at_least("spp", knobs.spp, 1));
-  TRY_STATUS(at_least("max_depth", knobs.max_depth, 0));
-  TRY_STATUS(at_least("light_samples", knobs.light_samples, 1));
-  TRY_STATUS(at_least("photons", knobs.photons, 1));
-  TRY_STATUS(at_least("occlusion_distance", knobs.occlusion_distance, 0));
-  return at_least("photon_radius", knobs.photon_radius, 1e-6);
+  return check_ranges(knobs);
 }
 
 std::vector<EffectWork> work_of(const TraceCounts& c) {
