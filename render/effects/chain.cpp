@@ -189,7 +189,12 @@ world::Result<EffectPlan> plan_effects(const Camera& camera, const RenderKnobs& 
   plan.meter = knobs.exposure_mode != ExposureMode::fixed;
   turn_on(plan.meter, EFFECT_exposure);
   const bool trimmed = knobs.exposure_mode == ExposureMode::histogram;
-  f.meter = {trimmed ? 0.1f : 0.0f, trimmed ? 0.9f : 1.0f, knobs.exposure_key, 0};
+  if (plan.meter && knobs.exposure_least > knobs.exposure_most)
+    return world::usage_error(fmt::format("exposure_least, {} EV, lies above exposure_most, {} EV",
+                                          knobs.exposure_least, knobs.exposure_most));
+  // Of stops that stand in the place of `exposure`, which the picture has already.
+  f.meter = {trimmed ? 0.1f : 0.0f, static_cast<float>(std::log2(knobs.exposure_key / scale)),
+             knobs.exposure_least - knobs.exposure, knobs.exposure_most - knobs.exposure};
   turn_on(knobs.tone_map != ToneMap::clamp, EFFECT_tone_map);
   f.modes.x = static_cast<uint32_t>(knobs.tone_map);
   f.modes.w = 3;

@@ -12,7 +12,10 @@ SHARED_CONST uint kEffectBindMeter = 3u;   /* uint[kMeterWords] pixels by bucket
 SHARED_CONST uint kEffectBindFinished = 4u; /* uint[] after all effects: three floats a pixel, or packed */
 SHARED_CONST uint kEffectBindings = 5u;
 
-SHARED_CONST uint kMeterEv = 256u, kMeterNotFinite = 257u, kMeterWords = 258u;
+/* Metering: eight buckets an octave of luminance from 2^kDarkestMetered on, ... */
+SHARED_CONST int kDarkestMetered = -24, kMeterBuckets = 320;
+/* ... and behind their counts: */
+SHARED_CONST uint kMeterEv = 320u, kMeterNotFinite = 321u, kMeterWords = 322u;
 
 /* Specialisation constants: of the last pass its effects, tone curve and format (formats.shared.h), of bloom a step's
  * kind, of metering whether it counts or ends. */

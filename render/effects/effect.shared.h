@@ -24,21 +24,19 @@ SHARED_NAMESPACE(render)
 SHARED_CONST int kBloomLobes = 3;
 SHARED_CONST int kMostFlareSpots = 8;
 SHARED_CONST int kMostBlades = 8;
-SHARED_CONST int kMeterBuckets = 256;
 
 /* Only members of 16 bytes, so that every layout rule places them alike. */
 struct EffectFrame {
-  ivec4 size;    /* x, y: of the picture at hand; z, w: of the whole that it is a window of */
-  vec4 window;   /* x, y: where it begins in the whole; z: display value of a radiance of 1; w: the inverse */
-  vec4 lens;     /* x, y: tan of half the field of view of the whole; z: half its height in pixels; w: the inverse */
-  vec4 strength; /* x: vignette, y: chromatic aberration, z: bloom, w: grain */
-  vec4 bloom;    /* x: radiance above which light blooms; y: weight of a lobe */
-  vec4 lobe_map; /* x: texels of what is blurred, unhalved, a pixel; y, z: pixels of it before the picture's first */
-  ivec4 lobe[3]; /* of each lobe of bloom: x: its first number in `blurred`; y, z: its size; w: halvings */
-  uvec4 grain;   /* x: seed */
-  vec4 meter;  /* x, y: shares of the pixels, in order of brightness, between which the mean is taken; z: display value
-                  that it is shown as */
-  uvec4 modes; /* x: tone curve, y: spots of the flare, z: blades of the iris */
+  ivec4 size;     /* x, y: of the picture at hand; z, w: of the whole that it is a window of */
+  vec4 window;    /* x, y: where it begins in the whole; z: display value of a radiance of 1; w: the inverse */
+  vec4 lens;      /* x, y: tan of half the field of view of the whole; z: half its height in pixels; w: the inverse */
+  vec4 strength;  /* x: vignette, y: chromatic aberration, z: bloom, w: grain */
+  vec4 bloom;     /* x: radiance above which light blooms; y: weight of a lobe */
+  vec4 lobe_map;  /* x: texels of what is blurred, unhalved, a pixel; y, z: pixels of it before the picture's first */
+  ivec4 lobe[3];  /* of each lobe of bloom: x: its first number in `blurred`; y, z: its size; w: halvings */
+  uvec4 grain;    /* x: seed */
+  vec4 meter;     /* x: share left out at each end; y: EV for a mean of 1 W/(m^2 sr); z, w: fewest and most EV */
+  uvec4 modes;    /* x: tone curve, y: spots of the flare, z: blades of the iris */
   vec4 blades[4]; /* normals of the sides of the iris, two each */
   vec4 spots[16]; /* two a spot: x, y: place in half heights from the middle of the whole; radiance of its flare */
 };

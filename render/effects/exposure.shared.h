@@ -2,12 +2,13 @@
  * over those that are neither among the darkest nor the brightest tenth (histogram), so that a lamp or a dark corner
  * doesn't matter.
  *
- * Pixels are counted by luminance in 256 buckets, eight an octave from 2^-16 to 2^16; counts are integers, so that the
- * answer is the same in any order. What is darker than that is not metered.
+ * Pixels are counted by luminance in 320 buckets, eight an octave from 2^-24 to 2^16 W/(m^2 sr), ground under stars to
+ * the sun; counts are integers, so that the answer is the same in any order. What is darker than that is not metered.
  *
- * knobs   exposure_mode; exposure_key: the grey. It stands in the place of `exposure`, whatever that is
+ * knobs   exposure_mode; exposure_key: the grey; exposure_least, exposure_most: bounds of the stops, which stand in the
+ *         place of `exposure`, whatever that is
  * error   a bucket's pixels count at its middle: at most 1/16 octave off each, at most 0.003 where luminance is spread
- * fails   never: no pixel with light gives 0 EV; within +-16 EV
+ * fails   never: no pixel with light adds 0 EV
  * source  Erik Reinhard, Michael Stark, Peter Shirley, James Ferwerda. Photographic Tone Reproduction for Digital
  *         Images. 2002, equations 1, 2, with their key of 0.18 */
 #ifndef LOAM_RENDER_EFFECTS_EXPOSURE_SHARED_H
@@ -19,13 +20,13 @@ SHARED_NAMESPACE(render)
 /* -1: not metered. */
 SHARED int meter_bucket(vec3 colour) {
   float bright = luminance(colour);
-  if (!(bright >= 1.52587890625e-5f)) return -1; /* 2^-16 */
-  /* The bits of a float are its logarithm in pieces. */
-  return min(int(float_bits(bright) >> 20u) - ((127 - 16) << 3), kMeterBuckets - 1);
+  /* The bits of a float are its logarithm in pieces; a negative one's and a NaN's are sorted out before. */
+  int bucket = bright > 0.0f ? int(float_bits(bright) >> 20u) - ((127 + kDarkestMetered) << 3) : -1;
+  return min(max(bucket, -1), kMeterBuckets - 1);
 }
 
 SHARED float bucket_log2(int bucket) {
-  return float(bucket >> 3) - 16.0f + log2(1.0f + (float(bucket & 7) + 0.5f) / 8.0f);
+  return float((bucket >> 3) + kDarkestMetered) + log2(1.0f + (float(bucket & 7) + 0.5f) / 8.0f);
 }
 
 /* Mean over the buckets, of which each counts with the part of its pixels between the two shares. */
@@ -36,7 +37,7 @@ struct MeterSum {
 };
 
 SHARED MeterSum meter_add(EFFECT_FRAME MeterSum m, float all, int bucket, float count) {
-  float low = max(m.seen, f.meter.x * all), high = min(m.seen + count, f.meter.y * all);
+  float low = max(m.seen, f.meter.x * all), high = min(m.seen + count, (1.0f - f.meter.x) * all);
   float part = max(high - low, 0.0f);
   m.seen += count, m.weight += part, m.sum += part * bucket_log2(bucket);
   return m;
@@ -45,7 +46,7 @@ SHARED MeterSum meter_add(EFFECT_FRAME MeterSum m, float all, int bucket, float 
 /* EV to add. */
 SHARED float metered_ev(EFFECT_FRAME MeterSum m) {
   if (!(m.weight > 0.0f)) return 0.0f;
-  return min(max(log2(f.meter.z) - m.sum / m.weight - log2(f.window.z), -16.0f), 16.0f);
+  return min(max(f.meter.y - m.sum / m.weight, f.meter.z), f.meter.w);
 }
 
 SHARED vec3 exposure_at(EFFECT_SOURCE EFFECT_UNUSED ivec2 pixel, vec3 colour) { return colour * exp2(EFFECT_METERED); }

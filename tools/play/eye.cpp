@@ -20,12 +20,12 @@ constexpr size_t kEvery = 13;      // pixels of which one is looked at
 
 }  // namespace
 
-double stops_of_night(const render::SkyView& sky) {
+double stops_of_night(const render::SkyView& sky, double most) {
   if (!sky.light) return 0;
   const auto mean = [](const world::Irradiance3& e) { return static_cast<double>(e.r + e.g + e.b) / 3; };
   const double sun = std::max(0.0, sky.light->light_direction().y) * mean(sky.light->light_irradiance());
   const double all = sun + mean(sky.light->irradiance({0, 1, 0}));
-  return std::clamp(std::log2(kDay / std::max(all, 1e-9)), 0.0, 20.0);
+  return std::clamp(std::log2(kDay / std::max(all, 1e-9)), 0.0, std::max(most, 0.0));
 }
 
 double Eye::adapt(const render::Image& image, double exposure_ev, double most_ev, double now_s) {

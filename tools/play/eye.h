@@ -14,8 +14,9 @@
 
 namespace tools {
 
-/// Stops by which the sky lights a level surface less than a sun at noon; 0 by day, and where no time of day is set.
-double stops_of_night(const render::SkyView& sky);
+/// Stops by which the sky lights a level surface less than a sun at noon, up to `most`; 0 by day, and where no time of
+/// day is set.
+double stops_of_night(const render::SkyView& sky, double most);
 
 class Eye {
  public:

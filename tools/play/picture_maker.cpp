@@ -155,7 +155,7 @@ void PictureMaker::follow(const PictureRequest& request, Picture& picture) {
   writes.reserve(changes_.size());
   for (const auto& [leaf, values] : changes_) writes.push_back({leaf, values.data()});
   const auto sky = render::sky_view(request.environment, request.settings.knobs, sky_);
-  stops_of_night_ = sky ? stops_of_night(*sky) : 0;
+  stops_of_night_ = sky ? stops_of_night(*sky, request.settings.knobs.exposure_most) : 0;
   const std::unique_lock lock(world_mutex_);
   mirror_.environment = sky ? sky->environment : request.environment;
   version_ += writes.empty() && amounts_.empty() ? 0 : 1;

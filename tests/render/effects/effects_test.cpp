@@ -394,9 +394,9 @@ TEST(ToneMap, CurvesHaveTheirKnownValues) {
 
 TEST(Exposure, TheMeanIsShownAsTheKey) {
   for (const ExposureMode mode : {ExposureMode::log_mean, ExposureMode::histogram})
-    for (const float radiance : {1e-3f, 0.7f, 90.0f, 20000.0f}) {
+    for (const float radiance : {0x1p-23f, 1e-3f, 0.7f, 90.0f, 20000.0f}) {
       RenderKnobs knobs;
-      knobs.exposure_mode = mode, knobs.exposure = 3;
+      knobs.exposure_mode = mode, knobs.exposure = 3, knobs.exposure_least = -64, knobs.exposure_most = 64;
       Image image(64, 64);
       // Two octaves around it, evenly in the logarithm; black pixels are not metered.
       for (size_t i = 0; i < image.pixels.size(); ++i) {
@@ -409,6 +409,31 @@ TEST(Exposure, TheMeanIsShownAsTheKey) {
       EXPECT_NEAR(std::log2(radiance * scale * std::exp2(outcome.metered_ev) / 0.18), 0, 0.01) << radiance;
       EXPECT_NEAR(out.at(32, 32).r / image.at(32, 32).r, std::exp2(outcome.metered_ev),
                   1e-3 * std::exp2(outcome.metered_ev));
+    }
+}
+
+TEST(Exposure, StopsStayWithinTheirBoundsWhateverTheFixedOnesAre) {
+  OnDevice device;
+  Image night(32, 32), day(32, 32);
+  for (Rgb& p : night.pixels) p = {1e-6f, 1e-6f, 1e-6f};
+  for (Rgb& p : day.pixels) p = {30000, 30000, 30000};
+  for (const ExposureMode mode : {ExposureMode::log_mean, ExposureMode::histogram})
+    for (const float exposure : {0.0f, 7.0f}) {
+      RenderKnobs knobs;
+      knobs.exposure_mode = mode, knobs.exposure = exposure;
+      const auto stops = [&](const Image& image) {
+        const EffectPlan plan = plan_of(knobs, 32, 32);
+        EffectOutcome here, there;
+        on_processors(plan, image, &here);
+        device.apply(plan, image, &there);
+        EXPECT_NEAR(here.metered_ev, there.metered_ev, 1e-5);
+        return exposure + here.metered_ev;
+      };
+      EXPECT_NEAR(stops(night), 20, 1e-5) << "without a bound it were 24.7";
+      EXPECT_NEAR(stops(day), -10, 1e-5) << "without a bound it were -10.1";
+      knobs.exposure_least = 2, knobs.exposure_most = 3.5f;
+      EXPECT_NEAR(stops(night), 3.5, 1e-5);
+      EXPECT_NEAR(stops(day), 2, 1e-5);
     }
 }
 
@@ -531,6 +556,9 @@ TEST(EveryEffect, KnobsOutOfRangeAreUsageErrors) {
   EXPECT_TRUE(refused([](RenderKnobs& k) { k.vignette = -1; }));
   EXPECT_TRUE(refused([](RenderKnobs& k) { k.grain = kInf; }));
   EXPECT_TRUE(refused([](RenderKnobs& k) { k.exposure_key = 0; }));
+  const auto upside_down = [](RenderKnobs& k) { k.exposure_least = 2, k.exposure_most = 1; };
+  EXPECT_FALSE(refused(upside_down)) << "nothing reads them";
+  EXPECT_TRUE(refused([&](RenderKnobs& k) { upside_down(k), k.exposure_mode = ExposureMode::log_mean; }));
 }
 
 TEST(HardCaseH20, ColourFormatsStoreTheSameOnProcessorsAndOnTheDeviceWithinTheirError) {

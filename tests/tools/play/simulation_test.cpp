@@ -621,15 +621,17 @@ TEST(SimThread, OnAFullDiskAutosaveSaysSoAndTheWorldIsSavedOnceThereIsRoom) {
 }
 
 TEST(Eye, OpensAtNightAsFarAsLampsAllowAndNeverByDay) {
-  const auto stops_at = [](float hours) {
-    render::RenderKnobs knobs;
+  render::RenderKnobs knobs;
+  const auto stops_at = [&](float hours) {
     knobs.time_of_day = hours;
     std::shared_ptr<const world::SkyLight> kept;
-    return stops_of_night(*render::sky_view(world::Environment{}, knobs, kept));
+    return stops_of_night(*render::sky_view(world::Environment{}, knobs, kept), knobs.exposure_most);
   };
   EXPECT_EQ(stops_at(-1), 0);
   EXPECT_EQ(stops_at(12), 0);
   EXPECT_GT(stops_at(0), 10);
+  knobs.exposure_most = 3;
+  EXPECT_EQ(stops_at(0), 3);
   // Dark ground under the moon; and the same with a lamp in a fifth of the picture.
   render::Image dark(64, 64), lamp(64, 64);
   std::fill(dark.pixels.begin(), dark.pixels.end(), render::Rgb{1e-3f, 1e-3f, 1e-3f});
