@@ -1,10 +1,13 @@
 // Laws that hold for every suite, row and subject, whoever added it.
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
+#include <map>
 #include <set>
 
 #include <gtest/gtest.h>
 
+#include "render/knobs.h"
 #include "tools/bench/bench_verb.h"
 #include "tools/bench/benchmark.h"
 #include "tools/bench/runner.h"
@@ -132,6 +135,47 @@ TEST(EveryBenchmark, SettingsHaveUniqueNamesAndADefault) {
         << "no setting is marked as what ships";
     for (const auto& [method, slope] : subject.expected_slopes) EXPECT_TRUE(methods.count(method)) << method;
   }
+}
+
+/// Knobs of pictures that choose among numbers or kinds and have no subject: why each needs none.
+const std::map<std::string, std::string> kWithoutSubject{
+    {"heightfield_error_px", "nothing reads it yet"},
+    {"cloud_steps", "nothing reads it yet"},
+    {"cloud_light_steps", "nothing reads it yet"},
+    {"fog_sun_rays", "nothing reads it yet"},
+    {"liquid_surface", "what there is to see: amounts, or blocks"},
+    {"photons", "not measured yet: a ladder of it takes minutes"},
+    {"photon_radius", "not measured yet: a ladder of it takes minutes"},
+    {"latitude", "what there is to see"},
+    {"day_of_year", "what there is to see"},
+    {"turbidity", "what there is to see"},
+    {"shutter", "what there is to see: streaks, or balls"},
+    {"exposure_key", "a matter of taste that costs no time"},
+    {"exposure_least", "a matter of taste that costs no time"},
+    {"exposure_most", "a matter of taste that costs no time"},
+    {"lens_flare", "a lens that the eye hasn't, as strong as one likes"},
+    {"lens_flare_blades", "a lens that the eye hasn't"},
+    {"vignette", "a lens that the eye hasn't, as strong as one likes"},
+    {"chromatic_aberration", "a lens that the eye hasn't, as strong as one likes"},
+    {"grain", "a film that the eye hasn't, as strong as one likes"},
+    {"grain_seed", "other grains of the same size"},
+    {"tone_map", "a matter of taste that costs no time"},
+};
+
+TEST(EveryBenchmark, EveryKnobOfPicturesHasASubjectOrAReasonWhyNot) {
+  std::string sources;
+  for (const std::string& name : file_names("tools/bench/subjects")) {
+    std::ifstream in(std::filesystem::path(LOAM_SOURCE_DIR) / "tools/bench/subjects" / (name + ".cpp"));
+    sources.append(std::istreambuf_iterator<char>(in), {});
+  }
+  std::set<std::string> names;
+  for (const auto& row : render::render_knobs().rows()) {
+    names.insert(row.name);
+    if (row.fast == "true" || row.fast == "false") continue;
+    EXPECT_NE(sources.find("." + row.name + " = ") != std::string::npos, kWithoutSubject.count(row.name) == 1)
+        << row.name << ": a subject sets it, or the table above says why none does";
+  }
+  for (const auto& [name, reason] : kWithoutSubject) EXPECT_TRUE(names.count(name)) << name << " is no knob";
 }
 
 TEST(EveryBenchmark, AnUnknownNameIsAUsageErrorThatNamesTheNearest) {

@@ -6,6 +6,7 @@
 ///                      as light does: their error has a floor. That of flux falls with the directions to that of
 ///                      voxels. Paths of the tracer cost their time anew in each picture; their work is paths.
 /// flux_residual        32 directions, reflection stopped at residuals from 0.3 to 0.001, against one of 1e-6
+/// flux_lamp_points     32 directions, lamps seen from 0 to 16 points of each, in the Cornell box
 /// light_interpolation  flux along 128 directions, drawn with one value a face, means at corners, linear between
 /// middles One point for each of 72 x 48 pixels.
 #include <cmath>
@@ -154,6 +155,26 @@ void add_residuals(Registry& registry) {
   registry.add(std::move(subject));
 }
 
+void add_lamp_points(Registry& registry) {
+  Subject subject{.name = "light_model_flux_lamp_points",
+                  .question = "from how many points of a lamp must surfaces be lit?",
+                  .reference = kPathTraced,
+                  .metrics = line_metrics(),
+                  .work_unit = "voxels"};
+  subject.settings = [](BenchContext& context) -> Result<std::vector<Setting>> {
+    TRY(const std::shared_ptr<LitScene> c, scene_of("cornell_voxels"));
+    std::vector<Setting> settings;
+    for (const int points : {0, 1, 4, 16}) {
+      RenderKnobs knobs = flux(32, 0.01f);
+      knobs.flux_lamp_points = points;
+      settings.push_back(setting(c, "points", points, knobs, path_traced(context, c, "cornell_voxels")));
+      settings.back().is_default = points == RenderKnobs{}.flux_lamp_points;
+    }
+    return settings;
+  };
+  registry.add(std::move(subject));
+}
+
 void add_interpolations(Registry& registry) {
   Subject subject{.name = "light_model_interpolation",
                   .question = "what does light that varies over a face add?",
@@ -191,6 +212,7 @@ void add_interpolations(Registry& registry) {
 void add_subject_light_model(Registry& registry) {
   add_models(registry);
   add_residuals(registry);
+  add_lamp_points(registry);
   add_interpolations(registry);
 }
 

@@ -3,6 +3,8 @@
 /// cutoff    2000 lamps over 300 m of ground: those left out that give less than a share of the display's white
 /// fog       a density grid, by equal steps of the ray
 /// textures  the valley's ground: a texel, mip levels with 1 to 16 probes, or the mean over the footprint
+/// sun_map   the valley's ground, its sun by one map: the mean of 1 to 5 texels a side, against a ray at each pixel
+/// spot_map  a spot over pillars, by maps of 32 to 1024 texels a side, against a ray at each pixel
 /// sky       the valley's ground under rays to the sky, 1 to 64 a pixel
 /// fog_light fog of four shapes, and mist in the valley, without or with the light that it scatters as if nothing hid
 ///           it, or by rays to the sun, against paths (of the ray caster, 256 a pixel; quick: 32)
@@ -14,10 +16,10 @@
 
 #include "render/backend.h"
 #include "render/image/error_metrics.h"
+#include "tools/bench/cloud_field.h"
 #include "tools/bench/screen_pictures.h"
 #include "tools/picture.h"
 #include "world/base/random.h"
-#include "world/media/brick_field.h"
 
 namespace tools {
 
@@ -90,28 +92,34 @@ Result<ShownWorld> cloud_in_a_box() {
   world::Scene scene;
   scene.name = "cloud", scene.generator = "empty", scene.box = {{-40, 0, -40}, {39, 7, 39}};
   scene.fills.push_back({{{-40, 0, -40}, {39, 0, 39}}, "grass"});
-  std::vector<world::FieldLeaf> leaves;
-  for (int x = 0; x < 6; ++x)
-    for (int y = 0; y < 6; ++y)
-      for (int z = 0; z < 6; ++z) {
-        world::FieldLeaf leaf{{x, y, z}, {}};
-        for (size_t i = 0; i < leaf.values.size(); ++i) {
-          const world::VoxelPos v =
-              world::voxel_from_leaf(leaf.leaf) + world::VoxelPos{int(i >> 6), int(i >> 3 & 7), int(i & 7)};
-          const world::Vec3d p(v.x - 23.5, v.y - 23.5, v.z - 23.5);
-          const double ball = 1 - glm::length(p) / 23, waves = std::sin(0.5 * p.x) * std::cos(0.4 * p.y + 0.3 * p.z);
-          leaf.values[i] = static_cast<float>(std::max(0.0, ball + 0.4 * waves));
-        }
-        leaves.push_back(leaf);
-      }
   world::Medium medium;
   medium.name = "cloud", medium.kind = "density_grid", medium.position = world::WorldPoint::from(-24, 2, -24);
   medium.scattering = {0.2f, 0.2f, 0.2f}, medium.emission = {60, 60, 65};
-  TRY(medium.field, world::BrickField::make(std::move(leaves), medium.sampling, "cloud"));
+  TRY(medium.field, cloud_field());
   scene.media.push_back(std::move(medium));
   world::CameraPlacement camera;
   camera.name = "beside", camera.position = world::WorldPoint::from(-45, 20, 40);
   camera.forward = glm::normalize(world::Vec3d(1, 0.05, -0.9));
+  scene.cameras.push_back(camera);
+  return shown(scene, "beside");
+}
+
+Result<ShownWorld> pillars_under_a_spot() {
+  world::Scene scene;
+  scene.name = "pillars", scene.generator = "empty", scene.box = {{0, 0, 0}, {31, 15, 31}};
+  darken(scene.environment);
+  scene.fills.push_back({{{0, 0, 0}, {31, 0, 31}}, "plaster"});
+  for (const int x : {8, 15, 22})
+    for (const int z : {8, 15, 22}) scene.fills.push_back({{{x, 1, z}, {x + 1, 4, z + 1}}, "brick_red"});
+  world::Luminaire spot;
+  spot.name = spot.kind = "spot", spot.power = {90000, 90000, 80000};
+  spot.position = world::WorldPoint::from(4.5, 13.5, 5.5), spot.axis = glm::normalize(world::Vec3f(0.6f, -0.7f, 0.5f));
+  spot.up = glm::normalize(world::Vec3f(0, 0.5f, 0.7f));
+  spot.half_angle = 0.9f, spot.inner_half_angle = 0.6f;
+  scene.luminaires.push_back(spot);
+  world::CameraPlacement camera;
+  camera.name = "beside", camera.position = world::WorldPoint::from(3, 14, 33);
+  camera.forward = glm::normalize(world::Vec3d(0.55, -0.55, -0.8));
   scene.cameras.push_back(camera);
   return shown(scene, "beside");
 }
@@ -178,6 +186,21 @@ void add_subject_raster_lighting(Registry& registry) {
       add("textures", "mip levels", probes, probes == RenderKnobs{}.texture_anisotropy, valley, knobs, limit);
     }
     add("textures", "64 samples", 64, false, valley, limit, limit);
+
+    limit = knobs = {};
+    knobs.sun_shadow = render::SunShadow::map;
+    for (const int texels : {1, 3, 5}) {
+      knobs.sun_map_filter = texels;
+      add("sun_map", "mean of texels a side", texels, texels == RenderKnobs{}.sun_map_filter, valley, knobs, limit);
+    }
+
+    TRY(const ShownWorld pillars, pillars_under_a_spot());
+    limit = knobs = {};
+    knobs.luminaire_shadow = render::LuminaireShadow::map;
+    for (const int texels : {32, 128, 256, 1024}) {
+      knobs.spot_map_texels = texels;
+      add("spot_map", "texels a side", texels, texels == RenderKnobs{}.spot_map_texels, pillars, knobs, limit);
+    }
 
     limit = knobs = {};
     limit.sky_rays = 256;
