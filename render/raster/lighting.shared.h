@@ -78,7 +78,7 @@ SHARED_CONST uint kMediumDensityGrid = 255u;
 /* BsdfParameters of a block seen from air. */
 SHARED_CONST uint kBlockWords = 16u;
 SHARED_CONST uint kBlockBsdf = 0u;       /* BSDF_... | kBlockFinite */
-SHARED_CONST uint kBlockLambertian = 1u; /* vec3 */
+SHARED_CONST uint kBlockLambertian = 1u; /* vec3; of what scatters by impulses alone all of it */
 SHARED_CONST uint kBlockSmoothness = 4u;
 SHARED_CONST uint kBlockGlossy = 5u; /* vec3 */
 SHARED_CONST uint kBlockEta = 8u;

@@ -20,11 +20,10 @@ constexpr double kPi = 3.14159265358979323846;
 
 Vec3d vector_of(auto bands) { return {bands.r, bands.g, bands.b}; }
 
-/// Of the matte part; what scatters by impulses alone is matte as a whole.
+/// Of all that it scatters, as if it were matte: by impulses alone, or light of no known direction.
 Vec3d albedo_of(const Transport& t, const Surface& s) {
   const world::Block& block = t.scene().view().palette()[s.block];
-  const bool finite = t.scene().materials()[s.block].finite;
-  return vector_of(finite ? block.albedo : block.albedo + block.glossy) * double{s.texture};
+  return vector_of(block.albedo + block.glossy) * double{s.texture};
 }
 
 /// The sky lights a face of a voxel as its plane lies, whatever its texture does.

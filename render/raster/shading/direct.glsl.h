@@ -21,7 +21,7 @@ const uint kVertexDimension = 8u, kDimensionsPerVertex = 16u, kOnLight = 1u, kOc
 struct Scatterer {
   uint bsdf;
   bool finite;
-  vec3 albedo;  // matte; what scatters by impulses alone counts as matte
+  vec3 albedo;  // of all that it scatters, as if it were matte: by impulses alone, or light of no known direction
   BsdfParameters parameters;
 };
 Scatterer scatterer_of(uint block) {
@@ -32,6 +32,7 @@ Scatterer scatterer_of(uint block) {
   s.parameters.lambertian = s.albedo = lighting_vec3(at + kBlockLambertian);
   s.parameters.smoothness = lighting_float(at + kBlockSmoothness);
   s.parameters.glossy = lighting_vec3(at + kBlockGlossy);
+  if (s.finite) s.albedo += s.parameters.glossy;
   s.parameters.eta = lighting_float(at + kBlockEta);
   s.parameters.transmission = lighting_vec3(at + kBlockTransmission);
   s.parameters.coverage = lighting_float(at + kBlockCoverage);

@@ -182,6 +182,36 @@ TEST(RasterLuminaires, ALampTooFaintToSeeLeavesMirrorsAsTheyAre) {
   EXPECT_EQ(share_within(cast(w, camera, opaque), by_rays, 1), 1);
 }
 
+/// White furnace, of gloss: what takes nothing can't be seen in an even sky, whether or not anything calls for BSDFs.
+TEST(RasterLuminaires, ALampTooFaintToSeeLeavesGlossAsBrightAsTheSkyAroundIt) {
+  World w(world::standard_blocks());
+  w.environment.sun_irradiance = {};
+  w.environment.sky_zenith = w.environment.sky_horizon = w.environment.sky_ground = {50, 60, 70};
+  world::Block polished;
+  polished.name = "polished", polished.bsdf = "blinn_phong";
+  polished.albedo = {0.3f, 0.2f, 0.6f}, polished.glossy = {0.7f, 0.8f, 0.4f};
+  const auto id = w.palette->add(polished);
+  ASSERT_TRUE(id.ok());
+  world::EditBatch batch;
+  batch.fill({{-6, 0, -6}, {6, 4, 6}}, *id);
+  apply(w, batch);
+  Luminaire faint = luminaire("omni");
+  faint.power = {1e-12f, 1e-12f, 1e-12f}, faint.position = WorldPoint::from(0, 60, 0);
+  RenderKnobs lobe;
+  lobe.direct_gloss = DirectGloss::lobe;
+  const Camera camera = camera_at({}, {14.3, 9.2, 17.4}, {-0.6, -0.4, -0.7});
+  for (const bool lamp : {false, true}) {
+    if (lamp) w.luminaires = {faint};
+    for (const RenderKnobs& knobs : {RenderKnobs{}, lobe})
+      for (const Image& image : {drawn(raster(), w, camera, knobs), cast(w, camera, knobs)})
+        for (const Rgb& p : image.pixels) {
+          ASSERT_NEAR(p.r, 50, 50 * 2e-5) << lamp;
+          ASSERT_NEAR(p.g, 60, 60 * 2e-5) << lamp;
+          ASSERT_NEAR(p.b, 70, 70 * 2e-5) << lamp;
+        }
+  }
+}
+
 TEST(RasterSun, HasTheLobesOfTheRayCasterWhereTheyAreAskedFor) {
   World w = hills();
   world::EditBatch batch;
