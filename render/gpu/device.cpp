@@ -270,6 +270,12 @@ Device::~Device() {
   if (instance_) vkDestroyInstance(instance_, nullptr);
 }
 
+std::vector<std::string> Device::warnings() const {
+  std::vector<std::string> all = warnings_;
+  if (std::string of_shaders = shaders_.warning(); !of_shaders.empty()) all.push_back(std::move(of_shaders));
+  return all;
+}
+
 std::vector<std::string> Device::messages() const {
   const std::lock_guard lock(messages_->mutex);
   return messages_->texts;

@@ -62,7 +62,7 @@ class Device {
   MemoryPool& memory() { return memory_; }
   std::vector<std::string> messages() const;
   /// What is not as it could be, a sentence each: a feature that the driver lacks, a cache that was left out.
-  const std::vector<std::string>& warnings() const { return warnings_; }
+  std::vector<std::string> warnings() const;
   /// For every pipeline that is made.
   VkPipelineCache pipeline_cache() const { return pipelines_.handle(); }
   ShaderCache& shader_cache() { return shaders_; }

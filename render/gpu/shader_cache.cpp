@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstring>
 #include <optional>
-#include <string>
 
 #include <fmt/format.h>
 #include <spirv-tools/libspirv.h>
@@ -39,9 +38,8 @@ std::string name_of(std::span<const uint32_t> code, std::span<const SpecialConst
   return fmt::format("{:016x}{:016x}.spv", hash.high64, hash.low64);
 }
 
+/// Nothing where the file isn't whole.
 std::optional<std::vector<uint32_t>> read(const std::filesystem::path& path) {
-  std::error_code ignored;
-  if (!std::filesystem::exists(path, ignored)) return std::nullopt;
   const auto bytes = world::read_file(path, kMostBytes);
   Header h;
   if (!bytes.ok() || bytes->size() < sizeof h) return std::nullopt;
@@ -78,15 +76,24 @@ void ShaderCache::open(const std::filesystem::path& folder) {
 std::vector<uint32_t> ShaderCache::specialised(std::span<const uint32_t> code,
                                                std::span<const SpecialConstant> constants) {
   const std::filesystem::path file = folder_.empty() ? folder_ : folder_ / name_of(code, constants);
-  if (!file.empty())
+  std::error_code ignored;
+  if (!file.empty() && std::filesystem::exists(file, ignored)) {
     if (auto words = read(file)) {
       ++found_;
       return std::move(*words);
     }
+    if (damaged_++ == 0) first_damaged_ = file;
+  }
   ++made_;
   std::vector<uint32_t> words = specialise(code, constants);
   if (!file.empty()) write(file, words);
   return words;
+}
+
+std::string ShaderCache::warning() const {
+  if (damaged_ == 0) return {};
+  if (damaged_ == 1) return fmt::format("the kept shader {} was damaged, and is made anew", first_damaged_.string());
+  return fmt::format("{} kept shaders in {} were damaged, and are made anew", damaged_, folder_.string());
 }
 
 void ShaderCache::write(const std::filesystem::path& file, const std::vector<uint32_t>& words) const {

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <xxhash.h>
 
@@ -262,7 +263,7 @@ TEST(ShaderCache, WhatWasMadeIsFoundAgainByModuleAndConstants) {
   EXPECT_EQ(nowhere.made(), 2u);
 }
 
-TEST(ShaderCache, ABrokenFileIsMadeAnewAndAFolderThatCannotBeWrittenIsNoFault) {
+TEST(ShaderCache, ABrokenFileIsMadeAnewWithOneWarningAndAFolderThatCannotBeWrittenIsNoFault) {
   const world::TemporaryFolder folder;
   ShaderCache cache;
   cache.open(folder / "cache");
@@ -276,15 +277,49 @@ TEST(ShaderCache, ABrokenFileIsMadeAnewAndAFolderThatCannotBeWrittenIsNoFault) {
     broken.push_back(whole);
     broken.back()[at] ^= 0x40;
   }
+  EXPECT_EQ(cache.warning(), "");
   for (const std::string& bytes : broken) {
+    std::ofstream(file, std::ios::binary) << bytes;
+    ShaderCache next;
+    next.open(folder / "cache");
+    EXPECT_EQ(next.specialised(kLeastModule, {}), made);
+    EXPECT_EQ(next.warning(), "the kept shader " + file.string() + " was damaged, and is made anew");
+    EXPECT_EQ(next.specialised(kLeastModule, {}), made);
+    EXPECT_EQ(next.found(), 1u) << "once";
     std::ofstream(file, std::ios::binary) << bytes;
     const size_t before = cache.made();
     EXPECT_EQ(cache.specialised(kLeastModule, {}), made);
     EXPECT_EQ(cache.made(), before + 1);
     EXPECT_EQ(read_all(file), whole);
   }
+  EXPECT_EQ(cache.warning(), fmt::format("{} kept shaders in {} were damaged, and are made anew", broken.size(),
+                                         (folder / "cache" / "shaders").string()));
   cache.open("/proc/nowhere");
   EXPECT_EQ(cache.specialised(kLeastModule, {}), made);
+}
+
+TEST(ShaderCache, WhatWasDamagedIsAWarningOfThePicture) {
+  const world::TemporaryFolder folder;
+  const world::World w(world::standard_blocks());
+  const auto draw = [&] {
+    gpu::DeviceOptions options;
+    options.cache_folder = folder / "cache";
+    auto raster = make_raster(options);
+    EXPECT_TRUE(raster.ok());
+    auto frame = (*raster)->render(world::WorldView(w), Camera{}, {}, 8, 8);
+    EXPECT_TRUE(frame.ok());
+    return frame.ok() ? std::move(*frame) : Frame{};
+  };
+  const Frame first = draw();
+  EXPECT_EQ(first.report.warnings, std::vector<std::string>{});
+  const std::filesystem::path shaders = folder / "cache" / "shaders";
+  ASSERT_FALSE(std::filesystem::is_empty(shaders));
+  for (const auto& entry : std::filesystem::directory_iterator(shaders)) std::filesystem::resize_file(entry.path(), 30);
+  const Frame again = draw();
+  ASSERT_EQ(again.report.warnings.size(), 1u);
+  EXPECT_NE(again.report.warnings[0].find("made anew"), std::string::npos) << again.report.warnings[0];
+  EXPECT_EQ(std::memcmp(again.image.pixels.data(), first.image.pixels.data(), 64 * sizeof(Rgb)), 0);
+  EXPECT_EQ(draw().report.warnings, std::vector<std::string>{});
 }
 
 TEST(ShaderCache, TheOldestGoWhereThereAreTooMany) {
