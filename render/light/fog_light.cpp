@@ -22,18 +22,19 @@ world::Vec3d mean_radiance(const SkyView& sky) {
 
 }  // namespace
 
-ScatteredIn scattered_in(const world::Medium& medium, const SkyView& sky, FogLight kind) {
-  ScatteredIn light;
-  if (kind == FogLight::none || !(medium.scattering.max() > 0)) return light;
+FogSource fog_source(const SkyView& sky, FogLight kind) {
+  if (kind == FogLight::none) return {};
+  const world::Irradiance3& sun = sky.environment.sun_irradiance;
+  return {mean_radiance(sky), world::Vec3d(sun.r, sun.g, sun.b)};
+}
+
+ScatteredIn scattered_in(const world::Medium& medium, const FogSource& source) {
   const world::Vec3d scattering(medium.scattering.r, medium.scattering.g, medium.scattering.b),
       absorption(medium.absorption.r, medium.absorption.g, medium.absorption.b);
   world::Vec3d albedo(0);
   for (int b = 0; b < 3; ++b)
     if (scattering[b] > 0) albedo[b] = scattering[b] / (scattering[b] + absorption[b]);
-  const world::Irradiance3& sun = sky.environment.sun_irradiance;
-  light.sky = albedo * mean_radiance(sky);
-  light.sun = albedo * world::Vec3d(sun.r, sun.g, sun.b);
-  return light;
+  return {albedo * source.sky, albedo * source.sun};
 }
 
 bool fog_shafts(std::span<const world::Medium> media, const SkyView& sky, const RenderKnobs& knobs) {

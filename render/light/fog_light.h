@@ -22,7 +22,13 @@ struct ScatteredIn {
   world::Vec3d sky{0};  // albedo * mean radiance
   world::Vec3d sun{0};  // albedo * irradiance, still without the phase function
 };
-ScatteredIn scattered_in(const world::Medium& medium, const SkyView& sky, FogLight kind);
+/// What arrives at all media of a picture: the mean of the sky's radiance over all directions, and the sun's
+/// irradiance.
+struct FogSource {
+  world::Vec3d sky{0}, sun{0};
+};
+FogSource fog_source(const SkyView& sky, FogLight kind);
+ScatteredIn scattered_in(const world::Medium& medium, const FogSource& source);
 
 /// Whether fog asks for the sun along rays: fog_shafts.shared.h.
 bool fog_shafts(std::span<const world::Medium> media, const SkyView& sky, const RenderKnobs& knobs);

@@ -273,6 +273,7 @@ void Lighting::add_media(const world::World& world, const SkyView& sky, FogLight
   media_count_ = 0;
   media_at_ = static_cast<uint32_t>(words.size());
   words.resize(words.size() + media.size() * kMediumWords);
+  const FogSource source = media.empty() ? FogSource{} : fog_source(sky, fog);
   for (const Medium* m : media) {
     uint32_t table = 0;
     Vec3d low(0), high(0);
@@ -303,7 +304,7 @@ void Lighting::add_media(const world::World& world, const SkyView& sky, FogLight
     at[kMedKind] = medium_number(m->kind);
     put(at + kMedVoxel, m->position);
     put(at + kMedExtinction, vector_of(m->absorption) + vector_of(m->scattering));
-    const ScatteredIn in = scattered_in(*m, sky, fog);
+    const ScatteredIn in = scattered_in(*m, source);
     put(at + kMedEmission, vector_of(m->emission) + in.sky), put(at + kMedInSun, in.sun);
     at[kMedAnisotropy] = bits(double{m->anisotropy});
     put(at + kMedHalfExtent, Vec3d(m->half_extent)), put(at + kMedNormal, Vec3d(m->normal));

@@ -162,6 +162,7 @@ BsdfParameters TraceScene::parameters(BlockId block, float index_other, bool ins
 
 world::Status TraceScene::add_media(FogLight fog) {
   const world::World& world = view_->world();
+  const FogSource source = world.media.empty() ? FogSource{} : fog_source(sky_, fog);
   for (const world::Medium& medium : world.media) {
     if (!has_strength(medium)) continue;
     SceneMedium m;
@@ -170,7 +171,7 @@ world::Status TraceScene::add_media(FogLight fog) {
     m.scattering = Vec3d(vector_of(medium.scattering));
     m.extinction = m.absorption + m.scattering;
     m.emission = Vec3d(vector_of(medium.emission));
-    m.scattered_in = render::scattered_in(medium, sky_, fog);
+    m.scattered_in = render::scattered_in(medium, source);
     m.to_sun = sky_.environment.sun_direction;
     m.scatters = any(medium.scattering);
     m.emits = any(medium.emission);

@@ -229,8 +229,10 @@ world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& c
   const Clock::time_point start = Clock::now();
   std::shared_ptr<const world::SkyLight> made;
   TRY(const SkyView sky, sky_view(view.environment(), knobs, made));
+  // Paths follow what fog scatters themselves.
+  const FogLight fog = knobs.light_transport == LightTransport::path ? FogLight::none : knobs.fog_light;
   TRY(const TraceScene scene,
-      TraceScene::build(view, static_cast<uint32_t>(knobs.gloss_lobe), sky, knobs.liquid_surface, knobs.fog_light));
+      TraceScene::build(view, static_cast<uint32_t>(knobs.gloss_lobe), sky, knobs.liquid_surface, fog));
   TextureSet textures;
   TRY_STATUS(textures.follow(view.palette(), knobs));
   const LightSet lights = LightSet::build(scene, knobs.light_transport == LightTransport::photons);
