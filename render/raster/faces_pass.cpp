@@ -117,15 +117,19 @@ world::Status FacesPass::prepare(PassContext& context, const Drawing& drawing, F
       Impostors::called_for(drawing) && Impostors::fit(context.device) && context.targets.depth_format == kDepthFormat;
   world::Status chosen;
   const bool clouded = Billboards::called_for(drawing) && context.targets.depth_format == kDepthFormat;
+  const bool landed = Heightfields::called_for(drawing) && context.targets.depth_format == kDepthFormat;
   TakeChunks take;
-  if (pictured || clouded)
+  if (landed || pictured || clouded)
     take = [&](std::span<SeenChunk> seen) {
+      if (landed) chosen = heightfields_.choose(context, drawing, seen);
+      if (!chosen.ok()) return;
       if (pictured) chosen = impostors_.choose(context, drawing, seen);
       if (clouded) billboards_.choose(context, drawing, seen);
     };
   if (!drawing.behind) {  // a picture for a mirror is part of another one
     if (!pictured) impostors_.rest();
     if (!clouded) billboards_.rest();
+    if (!landed) heightfields_.rest();
   }
   cull(pools_, drawing.camera, drawing.rays, drawing.knobs.view_distance, may_test, list_, take);
   TRY_STATUS(chosen);
@@ -143,6 +147,8 @@ world::Status FacesPass::prepare(PassContext& context, const Drawing& drawing, F
   }
   draws_billboards_ = clouded && billboards_.any();
   if (draws_billboards_) TRY_STATUS(billboards_.prepare(context, list_.blends));
+  draws_heightfields_ = landed && heightfields_.any();
+  if (draws_heightfields_) TRY_STATUS(heightfields_.prepare(context, list_.blends));
   TRY_STATUS(context.fill_texels(chunks_, VK_FORMAT_R32G32B32A32_SINT, list_.chunks.data(),
                                  list_.chunks.size() * sizeof(ChunkCorner)));
   TRY_STATUS(context.fill(draws_, list_.draws.data(), list_.draws.size() * sizeof(VkDrawIndexedIndirectCommand),
@@ -187,6 +193,7 @@ void FacesPass::record_draws(VkCommandBuffer commands, PassContext& context, boo
 
 void FacesPass::record(VkCommandBuffer commands, PassContext& context, const Drawing&) {
   record_draws(commands, context, false);
+  if (draws_heightfields_) heightfields_.record(commands, context);
   if (draws_impostors_) impostors_.record(commands, context, *makes_impostors_, indices_);
   if (draws_billboards_) billboards_.record(commands, context, indices_, indexed_records_);
   if (list_.candidates.empty()) return;
@@ -207,9 +214,11 @@ world::Status FacesPass::finish(PassContext&, FrameReport& report) {
   report.faces_drawn += list_.first_faces;
   if (draws_impostors_) impostors_.finish(report);
   if (draws_billboards_) billboards_.finish(report);
+  if (draws_heightfields_) heightfields_.finish(report);
   uint64_t hidden = 0;  // by what is drawn
   const CulledFaces& c = list_.culled;
   const uint64_t in_billboards = draws_billboards_ ? billboards_.faces() : 0;
+  const uint64_t in_heightfields = draws_heightfields_ ? heightfields_.faces() : 0;
   const auto tell = [&] {
     report.work.insert(report.work.end(), {{"faces_of_the_world", c.world},
                                            {"faces_beyond_view_distance", c.distance},
@@ -217,8 +226,9 @@ world::Status FacesPass::finish(PassContext&, FrameReport& report) {
                                            {"faces_outside_the_frustum", c.frustum},
                                            {"faces_looking_away", c.back},
                                            {"faces_of_coarser_levels", c.coarse},
-                                           {"faces_in_impostors", c.taken - in_billboards},
+                                           {"faces_in_impostors", c.taken - in_billboards - in_heightfields},
                                            {"faces_in_billboards", in_billboards},
+                                           {"faces_in_heightfields", in_heightfields},
                                            {"faces_hidden", hidden}});
     return world::Status();
   };

@@ -6,6 +6,7 @@
 #include "render/raster/billboards.h"
 #include "render/raster/culling.h"
 #include "render/raster/face_pool.h"
+#include "render/raster/heightfields.h"
 #include "render/raster/impostors.h"
 #include "render/raster/occlusion_test.h"
 #include "render/raster/pass.h"
@@ -37,6 +38,8 @@ class FacesPass : public Pass {
   bool draws_impostors_ = false;
   Billboards billboards_;  // of trees that are far, where the knob asks for them
   bool draws_billboards_ = false;
+  Heightfields heightfields_;  // of land that is far, where the knob asks for them
+  bool draws_heightfields_ = false;
   std::vector<CulledPool> pools_;          // cubes by level, then shapes, then those of them that are points
   std::vector<const Pipeline*> drawn_by_;  // of each pool
   ShapeTable table_;

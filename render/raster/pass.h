@@ -58,7 +58,8 @@ struct Selection {
 /// One picture: what all passes read. The world may be read by any pass; what it derives it keeps and follows itself.
 struct Drawing {
   const world::WorldView& view;
-  std::span<FacePool* const> faces;    // of cubes, by level; culling notes what is seen
+  std::span<FacePool* const> faces;                                   // of cubes, by level; culling notes what is seen
+  std::span<const std::span<const ExtractedChunk* const>> extracted;  // what `faces` hold, by level
   TreePool& trees;                     // of `faces`, what billboards may stand for; empty where they aren't asked for
   FacePool& shapes;                    // of blocks that have a shape of their own
   FacePool& shape_points;              // the same, a record a voxel

@@ -55,6 +55,8 @@ SHARED_CONST uint kBindNewHistory = 99;        // vec4[]   with this picture
 SHARED_CONST uint kBindBillboardPlanes = 100;  // BillboardPlane[] billboards.shared.h
 SHARED_CONST uint kBindBillboardDraws = 101;   // BillboardDraw[]  those that are drawn
 SHARED_CONST uint kBindBillboardTexels = 102;  // uint texels: billboard_cloud.h
+SHARED_CONST uint kBindHeightWords = 103;      // uint texels: height_surface.h
+SHARED_CONST uint kBindHeightDraws = 104;      // HeightDraw[] those that are drawn
 // 32..63: light and sky. 64..95: transparency, water, reflections. 96..127: particles, the whole picture.
 SHARED_CONST uint kBindLighting = 32;        // uint[]   luminaires, media, blocks: lighting.shared.h
 SHARED_CONST uint kBindSeenLuminaires = 33;  // uint[]   by tile of the picture: offset and length, then the lists

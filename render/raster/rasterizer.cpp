@@ -72,6 +72,7 @@ world::Status Rasterizer::open(const gpu::DeviceOptions& options) {
 
 void Rasterizer::set_level_count(int levels) {
   levels_.resize(static_cast<size_t>(levels) + 1);
+  extracted_.resize(levels_.size());
   for (auto& level : levels_)
     if (!level) level = std::make_unique<FacePool>();
 }
@@ -84,10 +85,12 @@ world::Result<uint64_t> Rasterizer::set_faces(std::span<const ExtractedChunk* co
     trees_.clear();
   }
   if (!splits_trees_) return set_level(0, chunks);
+  extracted_[0] = chunks;
   return trees_.update(*device_, chunks, trees, *levels_[0]);
 }
 
 world::Result<uint64_t> Rasterizer::set_level(int level, std::span<const ExtractedChunk* const> chunks) {
+  extracted_[static_cast<size_t>(level)] = chunks;
   FacePool& pool = *levels_[static_cast<size_t>(level)];
   if (pool.holds(chunks)) return uint64_t{0};
   return pool.update(*device_, pool_sources(chunks));
@@ -317,6 +320,7 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
   TRY_STATUS(lighting_.see(*device_, camera, width, height));
   const Drawing drawing{view,
                         levels,
+                        extracted_,
                         trees_,
                         shape_pool_,
                         shape_points_,

@@ -106,8 +106,9 @@ class Rasterizer {
   void record_read_back(VkCommandBuffer commands);
   void read_back(Image& image) const;
 
-  std::unique_ptr<gpu::Device> device_;            // first member: dies last
-  std::vector<std::unique_ptr<FacePool>> levels_;  // of cubes
+  std::unique_ptr<gpu::Device> device_;                            // first member: dies last
+  std::vector<std::unique_ptr<FacePool>> levels_;                  // of cubes
+  std::vector<std::span<const ExtractedChunk* const>> extracted_;  // what they hold
   TreePool trees_;
   bool splits_trees_ = false;
   FacePool shape_pool_{FacePool::box_of_voxel}, shape_points_{FacePool::box_of_voxel};

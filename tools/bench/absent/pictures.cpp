@@ -173,6 +173,7 @@ const Idle kIdles[] = {
     {"sky_rays", "a far occlusion that no ray asks for", {"raster"}, {"occlusion_distance=1e9"}},
     {"impostors", "impostors of what is near", {"raster"}, {"impostor_error_px=8"}},
     {"billboards", "billboard clouds where there is no tree", {"raster"}, {"billboard_error_px=8"}},
+    {"heightfields", "grids of heights of what is near", {"raster"}, {"heightfield_error_px=0.1"}},
     {"particles", "a long shutter where nothing is in the air", {"raster", "raycast"}, {"shutter=0.1"}},
     {"proxies", "shapes as cubes where no block has a shape", {"raster", "raycast"}, {"proxy_shapes=cube"}},
     {"liquid_levels", "full liquids as high as they are full", {"raster", "raycast"}, {"liquid_surface=full"}},
