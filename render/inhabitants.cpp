@@ -25,11 +25,12 @@ struct Light {
   float sun, sky;  // 0..1
 };
 
-Light light_at(const world::MaskWalker& opaque, const world::WorldPoint& at, const world::Environment& environment,
-               bool shadows) {
+Light light_at(const world::MaskWalker& opaque, const world::WorldPoint& at, const SkyView& seen, bool shadows) {
+  const world::Environment& environment = seen.environment;
   Light light{1, 1};
   if (shadows && environment.sun_irradiance.max() > 0)
     light.sun = opaque.first_set(world::GridRay(at, environment.sun_direction)).hit() ? 0.0f : 1.0f;
+  light.sun *= seen.sun_through(at);
   light.sky = opaque.first_set(world::GridRay(at, Vec3d(0, 1, 0))).hit() ? kUnderCover : 1.0f;
   return light;
 }
@@ -81,8 +82,10 @@ DrawnInhabitants drawn_inhabitants(const world::WorldView& view, const Inhabitan
   DrawnInhabitants drawn;
   if (inhabitants.empty()) return drawn;
   const PixelRays rays(camera, width, height);
-  const world::Environment& environment = view.environment();
-  const Shading shading(environment, view.palette());
+  SkyView seen(view.environment());
+  seen.set_clouds(knobs, camera.position.voxel);
+  const world::Environment& environment = seen.environment;
+  const Shading shading(seen, view.palette());
   const world::MaskWalker opaque(view.masks(world::MaskKind::opaque));
   const bool shadows = knobs.sun_shadow != SunShadow::none;
   Rgb sky{};
@@ -110,7 +113,7 @@ DrawnInhabitants drawn_inhabitants(const world::WorldView& view, const Inhabitan
       if (std::abs(glm::dot(middle, rays.window_right)) > rays.window_half_x * depth + 2 * around * rays.longest ||
           std::abs(glm::dot(middle, rays.window_up)) > rays.window_half_y * depth + 2 * around * rays.longest)
         continue;
-      const Light light = light_at(opaque, camera.position + middle, environment, shadows);
+      const Light light = light_at(opaque, camera.position + middle, seen, shadows);
       const Rgb radiance = times(p.albedo, sky * light.sky + sun * light.sun) + p.emitted;
       const double thinner = p.radius / radius;
       const double optical_depth = -std::log1p(-double{std::min(p.opacity, kMostOpacity)}) * thinner * thinner;
@@ -137,7 +140,7 @@ DrawnInhabitants drawn_inhabitants(const world::WorldView& view, const Inhabitan
     box.low = glm::vec4(glm::vec3(middle - half), 0), box.high = glm::vec4(glm::vec3(middle + half), 0);
     // From above its middle, since it may stand in water or touch a wall.
     const Vec3d top = middle + Vec3d(0, half.y + 0.01, 0);
-    const Light light = light_at(opaque, camera.position + top, environment, shadows);
+    const Light light = light_at(opaque, camera.position + top, seen, shadows);
     for (int face = 0; face < world::kFaces; ++face)
       box.radiance[face] =
           vec4_of(times(b.albedo, shading.sky_lit[face] * light.sky + shading.sun_lit[face] * light.sun));

@@ -27,11 +27,11 @@ world::Irradiance3 sky_irradiance(const SkyView& sky, const world::Vec3d& n) {
 }
 
 Rgb normal_radiance(const Shading& shading, const SkyView& view, world::BlockId block, const world::Vec3d& normal,
-                    bool sun_visible, const Rgb* lit) {
+                    float sun_arrives, const Rgb* lit) {
   const world::Environment& e = view.environment;
   const world::Irradiance3 sky =
       lit ? world::Irradiance3{lit->r * kPi, lit->g * kPi, lit->b * kPi} : sky_irradiance(view, normal);
-  const float sun = sun_visible ? static_cast<float>(std::max(0.0, glm::dot(e.sun_direction, normal))) : 0.0f;
+  const float sun = sun_arrives * static_cast<float>(std::max(0.0, glm::dot(e.sun_direction, normal)));
   const Shading::Material& m = shading.materials[block];
   const auto radiance = [&](float of_sky, float of_sun, int c) {
     return m.albedo[c] * (of_sky + sun * of_sun) / kPi + m.emitted[c];

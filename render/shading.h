@@ -41,10 +41,10 @@ struct Shading {
   }
 };
 
-/// The same on a surface of any unit normal. lit: radiance of an albedo of 1 there without the sun; null: under the
-/// sky.
+/// The same on a surface of any unit normal. sun_arrives: the part of the sun's light. lit: radiance of an albedo of 1
+/// there without the sun; null: under the sky.
 Rgb normal_radiance(const Shading& shading, const SkyView& sky, world::BlockId block, const world::Vec3d& normal,
-                    bool sun_visible, const Rgb* lit = nullptr);
+                    float sun_arrives, const Rgb* lit = nullptr);
 
 /// Irradiance of the whole sky and ground on a face of the voxel grid: linear_sky_irradiance(), or the table of a
 /// SkyLight.

@@ -1,10 +1,13 @@
-/// The sun and the sky of a picture: those of its surroundings, or those of the time of day that the knobs name.
+/// The sun, the sky and the clouds of a picture: those of its surroundings, or those of the time of day that the knobs
+/// name. Clouds are what an eye sees, straight or in mirrors, and what dims the sun; the light that the sky sends to
+/// surfaces is that of the clear sky.
 #pragma once
 
 #include <memory>
 
 #include "render/image/image.h"
 #include "render/knobs.h"
+#include "world/scenes/cloud_layer.h"
 #include "world/scenes/sky.h"
 #include "world/scenes/sky_light.h"
 
@@ -14,6 +17,14 @@ struct SkyView {
   world::Environment environment;                // with the sun of the time of day, where there is one
   std::shared_ptr<const world::SkyLight> light;  // none: the environment's linear sky
 
+  /// Where the knobs ask for none, or the world has none, no steps and no shadows.
+  struct {
+    world::shared::CloudLayer layer{};
+    world::VoxelPos from{};  // what places in it are relative to
+    int steps = 0, light_steps = 0;
+    bool shadows = false;
+  } clouds;
+
   SkyView() = default;
   SkyView(const world::Environment& e) : environment(e) {}  // NOLINT: what has no time of day is its environment
 
@@ -21,14 +32,32 @@ struct SkyView {
   Rgb radiance(const world::Vec3d& direction) const {
     return light ? light->radiance(direction) : world::sky_radiance(environment, direction.y);
   }
-  /// What an eye sees: stars, and the disks of the sun and the moon, too.
-  Rgb seen(const world::Vec3d& direction) const {
-    return light ? light->seen(direction) : world::sky_radiance(environment, direction.y);
+  /// What an eye sees from a place: stars, the disks of the sun and the moon, and before them clouds.
+  Rgb seen(const world::WorldPoint& from, const world::Vec3d& direction) const {
+    const Rgb sky = light ? light->seen(direction) : world::sky_radiance(environment, direction.y);
+    return clouds.steps > 0 ? clouded(sky, from, direction) : sky;
   }
+  /// What interfaces and mirrors show of the sky there.
+  Rgb mirrored(const world::WorldPoint& from, const world::Vec3d& direction) const {
+    const Rgb sky = radiance(direction);
+    return clouds.steps > 0 ? clouded(sky, from, direction) : sky;
+  }
+  /// Of the sun's light, what clouds let through to a place.
+  float sun_through(const world::WorldPoint& place) const {
+    return clouds.shadows ? cloud_sun_through(clouds.layer, in_layer(place)) : 1;
+  }
+
+  /// Sets them as the knobs ask, for places near a voxel.
+  void set_clouds(const RenderKnobs& knobs, world::VoxelPos from);
+
+ private:
+  glm::vec3 in_layer(const world::WorldPoint& place) const;
+  Rgb clouded(const Rgb& seen, const world::WorldPoint& from, const world::Vec3d& direction) const;
 };
 
-/// `kept`: the last picture's, so that the same sky isn't made again. Fails where a knob is out of its range.
+/// `kept`: the last picture's, so that the same sky isn't made again. `eye`: whose clouds are near. Fails where a knob
+/// is out of its range.
 world::Result<SkyView> sky_view(const world::Environment& environment, const RenderKnobs& knobs,
-                                std::shared_ptr<const world::SkyLight>& kept);
+                                std::shared_ptr<const world::SkyLight>& kept, world::VoxelPos eye = {});
 
 }  // namespace render

@@ -25,9 +25,9 @@ const std::vector<Module>& modules() {
     std::vector<std::string_view> below;
     for (std::string_view prefix :
          {"world/base/", "world/numbers/", "world/units/", "world/space/", "world/blocks/", "world/luminaires/",
-          "world/media/", "world/meshes/", "world/proxies/", "world/scenes/camera.", "world/scenes/environment.",
-          "world/scenes/linear_sky.", "world/scenes/sky.", "world/scenes/simulation_request.", "world/store/",
-          "world/world.", "world/saves/"}) {
+          "world/media/", "world/meshes/", "world/proxies/", "world/scenes/camera.", "world/scenes/clouds.",
+          "world/scenes/cloud_limits.", "world/scenes/environment.", "world/scenes/linear_sky.", "world/scenes/sky.",
+          "world/scenes/simulation_request.", "world/store/", "world/world.", "world/saves/"}) {
       t.push_back({prefix, below});
       below.push_back(prefix);
     }

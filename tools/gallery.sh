@@ -153,6 +153,8 @@ twins() {
   twin "meshes: two blocks under a square lamp" blocks cornell --set light_transport=direct
   twin "a level set, sphere.vdb, by triangles and by its field" sphere "$data/vdb/sphere.vdb" --set contours=field
   twin "rain" rain rainstorm --camera drenched --ticks 200
+  twin "clouds, their shadows, and a lake that mirrors them" clouds fair_weather --camera lake
+  twin "snow" snow snowfall --camera pond --ticks 700
   twin "scene_church1.vox" church "$data/vox/scene_church1.vox" --set time_of_day=15
   twin "a region of Minecraft's, .mca" region "$data/mca/1.16/r.0.-1.mca" --set time_of_day=15
 }

@@ -1,6 +1,7 @@
 #include "tools/inhabitants.h"
 
 #include <cmath>
+#include <cstdlib>
 
 namespace tools {
 
@@ -52,7 +53,15 @@ render::Inhabitants InhabitantRecords::view_at(double part) {
   return {origin_, particles_between_, bodies_between_};
 }
 
+void set_cloud_drift(world::Environment& environment, uint64_t tick) {
+  if (environment.clouds.cover > 0)
+    environment.clouds.drifted = environment.clouds.drift * sim::seconds_at(tick, sim::kMatterTick);
+}
+
 world::Result<std::unique_ptr<sim::Matter>> simulate_before(world::World& world, uint64_t ticks) {
+  const auto saved = world.metadata.find("simulated_ticks");
+  const uint64_t before = saved == world.metadata.end() ? 0 : std::strtoull(saved->second.c_str(), nullptr, 10);
+  if (before + ticks > 0) set_cloud_drift(world.environment, before + ticks);
   if (ticks == 0 && world.simulation.bodies.empty()) return std::unique_ptr<sim::Matter>();
   TRY(sim::MatterOptions options, sim::matter_options(world, world::Accuracy::usual));
   auto matter = std::make_unique<sim::Matter>(world, options);

@@ -28,8 +28,11 @@ class InhabitantRecords {
   std::vector<render::BodyRecord> bodies_between_;
 };
 
+/// Clouds are where the wind has taken them by that tick of the world.
+void set_cloud_drift(world::Environment& environment, uint64_t tick);
+
 /// The world's matter after `ticks` more of them, written back into the world; null where none are asked for and no
-/// body stands in it. What it holds beside blocks goes on from the world's saved state.
+/// body stands in it. What it holds beside blocks goes on from the world's saved state; clouds drift on.
 world::Result<std::unique_ptr<sim::Matter>> simulate_before(world::World& world, uint64_t ticks);
 
 }  // namespace tools

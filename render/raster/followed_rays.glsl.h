@@ -49,6 +49,10 @@ vec3 end_radiance(StraightEnd end, BlockWalk w) {
   }
   return end.radiance;
 }
+/// Of the sky along a direction from where the walk is.
+vec3 walk_sky(BlockWalk w, vec3 direction) {
+  return mirrored_sky(vec3(w.start - picture.camera_voxel.xyz) + w.fraction + w.t * w.direction, direction);
+}
 
 /// What a ray shows that starts in a medium, as the eye sees it: surfaces shaded by face_radiance(), layers before them
 /// straight on, or with `bends` refracted by Snell's law. What layers mirror is the sky. Shapes of blocks, triangles of
@@ -101,7 +105,7 @@ vec3 followed_radiance(ivec3 voxel, vec3 fraction, vec3 direction, uint medium, 
       mirrored[w.axis] = -mirrored[w.axis];
       const bool total =
           bends && n_near != n_far && of.matte.w == float(kSeeThroughDielectric) && shares.passed == vec3(0);
-      if (!total) added += through * shares.mirrored * sky_radiance(mirrored);
+      if (!total) added += through * shares.mirrored * walk_sky(w, mirrored);
       if (kLayerMatte && shares.matte > 0.0)
         added += through * shares.matte * face_radiance(crossed_point(w, uint(of.block.x)));
       else if (owner == kind)
@@ -155,7 +159,7 @@ vec3 followed_radiance(ivec3 voxel, vec3 fraction, vec3 direction, uint medium, 
                        end_radiance(end, w);
   through *= absorbed_along(layer_block(medium).absorption.xyz, 1e30);
   return added + through * radiance_scale(layer_block(layers.eye.x).absorption.w, layer_block(medium).absorption.w) *
-                     sky_radiance(w.direction);
+                     walk_sky(w, w.direction);
 }
 
 #endif

@@ -102,7 +102,7 @@ void main() {
                                                  i, direction),
                                      i.plane, direction, i.near);
       else
-        mirrored = sky_radiance(mirrored_direction(i, direction));
+        mirrored = mirrored_sky(i.t * ray + picture.fraction.xyz, mirrored_direction(i, direction));
     }
     uint mask = 0u;
     if (kCoveragePattern != kCoverageExact && owner.matte.w == float(kSeeThroughCoverage)) {

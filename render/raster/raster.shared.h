@@ -4,12 +4,13 @@
 #define LOAM_RENDER_RASTER_RASTER_SHARED_H
 
 #include "world/base/shared.h"
+#include "world/scenes/clouds.shared.h"
 #include "world/scenes/sky_model.shared.h"
 
 #ifdef __cplusplus
 namespace render::raster {
 using glsl::ivec4, glsl::uint, glsl::uvec4, glsl::vec4;
-using world::shared::SkyModel;
+using world::shared::CloudLayer, world::shared::SkyModel;
 #endif
 
 // Numbers of bindings, one for each buffer and image of the whole backend. A shader declares those that it uses, and
@@ -120,7 +121,10 @@ SHARED_CONST uint kSpecNormalDetail = 40;     // float, normal_detail
 SHARED_CONST uint kSpecSunMapFilter = 41;     // int, sun_map_filter
 SHARED_CONST uint kSpecSunCascades = 42;      // int, sun_map_cascades
 SHARED_CONST uint kSpecSunBlockers = 43;      // bool: what isn't opaque takes its part of the sun's light
-SHARED_CONST uint kSpecFogShafts = 46;        // bool: fog asks for the sun along rays: fog_sun_rays
+SHARED_CONST uint kSpecCloudSteps = 44;       // int, cloud_steps; 0: no clouds are seen
+SHARED_CONST uint kSpecCloudLightSteps = 45;  // int, cloud_light_steps
+SHARED_CONST uint kSpecCloudShadows = 46;     // bool: they dim the sun
+SHARED_CONST uint kSpecFogShafts = 47;        // bool: fog asks for the sun along rays: fog_sun_rays
 
 /// A record of SurfaceLightLeaf in words: 16 a direction of faces, 4 a direction of counts before slices, the first
 /// code.
@@ -152,6 +156,7 @@ struct PictureConstants {
   vec4 sun_irradiance;    // of a plane that faces it; w: occlusion_distance, m
   vec4 eye_absorption;    // 1/m, of what the camera is in; w: 1 where it is any
   SkyModel sky;           // of kSpecSkyModel
+  CloudLayer clouds;      // of kSpecCloudSteps and kSpecCloudShadows, relative to the camera's voxel
   ivec4 sun_cells;    // SunHeights: blocks along u (0: none), along v; main axis, +4 where rays go down it; k of the
                       // camera's voxel
   ivec4 sun_base;     // cell of the corner of the camera's voxel: u, v
@@ -226,7 +231,7 @@ SHARED_CONST uint kQuadVectors = 9u;
 SHARED_CONST uint kNoQuad = 0xffffffffu;
 
 #ifdef __cplusplus
-static_assert(sizeof(PictureConstants) == (13 + 14 + 3 + 7 + 2 + 19) * 16);
+static_assert(sizeof(PictureConstants) == (13 + 14 + 3 + 7 + 2 + 19 + 7) * 16);
 }  // namespace render::raster
 #endif
 #endif

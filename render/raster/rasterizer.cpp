@@ -42,6 +42,10 @@ PictureConstants picture_constants(const Drawing& drawing, const ShadowGrid& gri
   p.region_min = ivec4(low.x, low.y, low.z, static_cast<int>(grid.table_size() - 1));
   p.region_max = ivec4(high.x, high.y, high.z, 0);
   if (drawing.sky.light) p.sky = drawing.sky.light->model();
+  const auto& clouds = drawing.sky.clouds;
+  // The camera of a mirror's picture is elsewhere.
+  if (clouds.steps > 0 || clouds.shadows)
+    p.clouds = clouds.from == voxel ? clouds.layer : world::cloud_layer(environment, voxel);
   p.sun_irradiance =
       to_vec4(Vec3d(environment.sun_irradiance.r, environment.sun_irradiance.g, environment.sun_irradiance.b),
               drawing.knobs.occlusion_distance);

@@ -69,7 +69,7 @@ vec3 planar_radiance(vec3 direction, vec3 otherwise) {
 vec3 mirrored_radiance(vec3 hit, FacePoint at, int plane, vec3 direction, uint medium) {
   const uint axis = at.face >> 1u;
   direction[axis] = -direction[axis];
-  const vec3 sky = sky_radiance(direction);
+  const vec3 sky = mirrored_sky(hit + picture.fraction.xyz, direction);
   if (kReflection == kReflectionScreen) return screen_radiance(hit, direction, sky);
   if (kReflection == kReflectionTraced) return followed_radiance(at.front, at.fraction, direction, medium, false);
   if (kReflection == kReflectionPlanar && layers.mirror.x == int(axis) && layers.mirror.y == plane)

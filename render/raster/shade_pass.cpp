@@ -55,6 +55,9 @@ std::vector<Constant> shading_constants(const Drawing& drawing) {
           {kSpecSunCascades,
            knobs.sun_shadow == SunShadow::map ? static_cast<uint32_t>(std::max(knobs.sun_map_cascades, 0)) : 0},
           {kSpecSunBlockers, drawing.sun_blockers},
+          {kSpecCloudSteps, static_cast<uint32_t>(drawing.sky.clouds.steps)},
+          {kSpecCloudLightSteps, static_cast<uint32_t>(drawing.sky.clouds.light_steps)},
+          {kSpecCloudShadows, drawing.sky.clouds.shadows},
           {kSpecMeshes, !drawing.triangles.empty()},
           {kSpecLiquidLevels, drawing.liquid_levels},
           {kSpecTrianglesAlone, drawing.triangles_alone}};

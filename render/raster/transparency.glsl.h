@@ -115,7 +115,9 @@ FogView fog_before(vec3 direction, float t) {
 /// their share of it and, of the light that they add to what lies behind, leave what they add before it; `passed`: of
 /// what lies behind, by what follows.
 vec3 shown_radiance(Interface i, InterfaceShares shares, vec3 passed, vec3 ray, vec3 direction) {
-  vec3 shown = shares.mirrored * sky_radiance(mirrored_direction(i, direction));
+  vec3 shown = vec3(0);
+  if (shares.mirrored != vec3(0))
+    shown = shares.mirrored * mirrored_sky(i.t * ray + picture.fraction.xyz, mirrored_direction(i, direction));
   if (kLayerMatte && shares.matte > 0.0)
     shown += shares.matte * matte_radiance(i, ray, direction);
   else if (i.outside)

@@ -197,6 +197,9 @@ class Picture {
       for (int i = 0; i < count; ++i)
         if (hits[i].hit() && (on_shape[i].part != kNoPart || shading_.sun_faces[hits[i].face]))
           sun[i] = sun_map_at(rays[i], hits[i], on_shape[i]);
+    if (sky_.clouds.shadows)
+      for (int i = 0; i < count; ++i)
+        if (hits[i].hit() && sun[i] > 0) sun[i] *= sky_.sun_through(camera_ + hits[i].t * rays[i].direction);
     if (blockers_)
       for (int i = 0; i < count; ++i) tint[i] = tint_at(rays[i], hits[i], on_shape[i], sun[i], blocks, spent);
     spent.shadow_ms += ms_since(start);
@@ -208,13 +211,15 @@ class Picture {
       if (any_box && on_box[i].box >= 0)
         pixel = on_box[i].radiance;
       else if (!hits[i].hit())
-        pixel = sky_.seen(direction / glm::length(direction));
+        pixel = sky_.seen(camera_, direction / glm::length(direction));
       else if (on_shape[i].part != kNoPart)
         pixel = shape_radiance(hits[i], on_shape[i], direction, blocks.get(hits[i].voxel),
                                blockers_ ? tint[i] * sun[i] : Rgb{sun[i], sun[i], sun[i]});
       else if (contours_ && normals[i] != Vec3d(0.0))
-        pixel = normal_radiance(shading_, sky_, blocks.get(contours_->walker.matter_voxel(hits[i].voxel, normals[i])),
-                                normals[i], sunlit[i], contours_lit ? &on_contour[i].lit : nullptr);
+        pixel =
+            normal_radiance(shading_, sky_, blocks.get(contours_->walker.matter_voxel(hits[i].voxel, normals[i])),
+                            normals[i], sunlit[i] ? sky_.sun_through(camera_ + hits[i].t * rays[i].direction) : 0.0f,
+                            contours_lit ? &on_contour[i].lit : nullptr);
       else {
         const BlockId block = blocks.get(hits[i].voxel);
         const Textured texture = textures_ ? texture_at(rays[i], hits[i], block) : Textured{};
@@ -414,6 +419,7 @@ class Picture {
         ++spent.shadow_rays;
         if (shadows_.any_set(world::ray_from_surface(ray, layer.at, sky_.environment.sun_direction))) sun = 0;
       }
+      if (sun > 0) sun *= sky_.sun_through(camera_ + layer.at.t * ray.direction);
       Rgb tint{1, 1, 1};
       if (blockers_) tint = tint_at(ray, layer.at, {}, sun, blocks, spent);
       const Rgb lit = lit_by_cells_ ? light_at(ray, layer.at) : shading_.sky_lit[layer.at.face];
@@ -421,10 +427,11 @@ class Picture {
       const Textured texture = textures_ && layer.outside ? texture_at(ray, layer.at, owner) : Textured{};
       return face_radiance(owner, layer.at.face, sun * texture.sun, blockers_ ? &tint : nullptr, lit, texture.albedo);
     };
-    const auto mirrored = [&](int axis) {
+    const auto mirrored = [&](const StraightLayer& layer) {
       Vec3d direction = ray.direction / length;
+      const int axis = world::face_axis(layer.at.face);
       direction[axis] = -direction[axis];
-      return sky_.radiance(direction);
+      return sky_.mirrored(camera_ + layer.at.t * ray.direction, direction);
     };
     seen = straight_radiance(pixel, ray.direction, *kinds_, layers, knobs_.coverage_pattern,
                              knobs_.transparency == Transparency::sorted, surface, mirrored);
@@ -597,7 +604,7 @@ class RaycastBackend : public Backend {
     }
     const auto start = Clock::now();
     Frame frame{Image(width, height), {}};
-    TRY(const SkyView sky, sky_view(view.environment(), knobs, sky_light_));
+    TRY(const SkyView sky, sky_view(view.environment(), knobs, sky_light_, camera.position.voxel));
     const RayStream& occupied = rays_.stream(view.store(), MaskKind::occupied);
     const RayStream& opaque = rays_.stream(view.store(), MaskKind::opaque);
     const world::StoreContours::Followed* contours =

@@ -81,7 +81,7 @@ struct Passes {
 
 Rgb straight_radiance(const StraightPixel& pixel, const Vec3d& direction, const SeeThroughKinds& kinds,
                       std::span<const StraightLayer> layers, CoveragePattern coverage, bool sorted,
-                      FunctionRef<Rgb(const StraightLayer&)> surface, FunctionRef<Rgb(int)> mirrored) {
+                      FunctionRef<Rgb(const StraightLayer&)> surface, FunctionRef<Rgb(const StraightLayer&)> mirrored) {
   const uint32_t pattern = static_cast<uint32_t>(coverage);
   const std::vector<shared::SeeThroughBlock>& all = kinds.blocks();
   const float n_eye = all[pixel.eye].absorption.w;
@@ -96,7 +96,7 @@ Rgb straight_radiance(const StraightPixel& pixel, const Vec3d& direction, const 
         interface_shares(owner, n_eye, near.absorption.w, all[layer.far].absorption.w, cosine);
     const float t = static_cast<float>(layer.at.t) * pixel.metres_per_t;
     const vec3 matte = shares.matte > 0 ? bands(surface(layer)) : vec3(0);
-    const vec3 from_mirror = shares.mirrored != vec3(0) ? bands(mirrored(axis)) : vec3(0);
+    const vec3 from_mirror = shares.mirrored != vec3(0) ? bands(mirrored(layer)) : vec3(0);
     uint32_t mask = 0;
     if (coverage != CoveragePattern::exact && owner.matte.w == static_cast<float>(shared::kSeeThroughCoverage)) {
       const int32_t plane = layer.at.voxel[axis] + (layer.at.face & 1);

@@ -77,11 +77,12 @@ struct StraightPixel {
   float t_end = 0;         // m; may be infinite
   Rgb behind;              // radiance of what it ends on
 };
-/// surface(layer): radiance of a matte surface of the layer's owner. mirrored(axis): from the direction mirrored at
-/// planes of that axis. Front to back; `sorted` blends back to front in the two passes of section 14.10.3, which gives
+/// surface(layer): radiance of a matte surface of the layer's owner. mirrored(layer): from the direction mirrored
+/// at its plane. Front to back; `sorted` blends back to front in the two passes of section 14.10.3, which gives
 /// the same but for rounding.
 Rgb straight_radiance(const StraightPixel& pixel, const world::Vec3d& direction, const SeeThroughKinds& kinds,
                       std::span<const StraightLayer> layers, CoveragePattern pattern, bool sorted,
-                      world::FunctionRef<Rgb(const StraightLayer&)> surface, world::FunctionRef<Rgb(int)> mirrored);
+                      world::FunctionRef<Rgb(const StraightLayer&)> surface,
+                      world::FunctionRef<Rgb(const StraightLayer&)> mirrored);
 
 }  // namespace render

@@ -80,7 +80,7 @@ bool meet_layer(Transport& t, Layers& layers, const Surface& s, const Vec3d& dir
   if (shares.mirrored != glsl::vec3(0)) {
     Vec3d back = direction;
     back[axis] = -back[axis];
-    mirrored = t.sky(Vec3f(back));
+    mirrored = t.mirrored_sky(s.position(), Vec3f(back));
   }
   if (shares.matte > 0) {
     Surface whole = s;  // of which `shares` says how much there is
@@ -149,7 +149,7 @@ Vec3d first_surface(Transport& t, TraceRay ray, Shade shade) {
 }  // namespace
 
 Vec3d seen_far(const Transport& t, const TraceRay& ray) {
-  Vec3d l = t.seen_sky(Vec3f(ray.ray.direction));
+  Vec3d l = t.seen_sky(ray.start(), Vec3f(ray.ray.direction));
   for (const SceneLuminaire& s : t.scene().luminaires()) {
     if (s.finite || !s.met) continue;
     const auto hit = s.sampler.meet(ray.start() - s.luminaire->position, Vec3f(ray.ray.direction));

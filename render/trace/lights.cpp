@@ -712,6 +712,9 @@ bool LightSet::emit(const float (&u)[5], LightPhoton& photon) const {
     } else if (far.kind == LightKind::sun) {
       sample_sun({}, sample);
       through_disk(sample.direction, sample.radiance);
+      // Where the light meets the scene, not where it starts, which may lie above the clouds.
+      const Vec3d way = sphere_.radius * Vec3d(photon.direction);
+      photon.power *= double{scene_->sky().sun_through(photon.origin + way)};
       photon.source.kind = LightKind::sun;
     } else {
       if (!sample_sky({}, {u[3], u[4]}, sample)) return false;

@@ -62,8 +62,9 @@ class Path {
 
   bool leave() {
     const Vec3f direction(ray_.ray.direction);
-    // Disks of the sun and the moon are lights of their own but where only an eye or a mirror finds them.
-    const Vec3d sky = impulse_ ? t_.seen_sky(direction) : t_.sky(direction);
+    // Disks of the sun and the moon are lights of their own but where only an eye or a mirror finds them, as clouds
+    // are.
+    const Vec3d sky = impulse_ ? t_.seen_sky(ray_.start(), direction) : t_.sky(direction);
     if (sky != Vec3d(0)) add(sky, impulse_ ? 0 : t_.lights().pdf_sky(receiver_, direction));
     const auto& luminaires = t_.scene().luminaires();
     for (uint32_t i = 0; i < luminaires.size(); ++i) {

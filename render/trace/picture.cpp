@@ -111,6 +111,9 @@ std::string fingerprint(const world::World& w, const Camera& c, std::span<const 
     f.add(world::toml_from_block((*w.palette)[static_cast<world::BlockId>(id)]));
   const world::Environment& e = w.environment;
   f.add(e.sun_direction, e.sun_irradiance, e.sky_zenith, e.sky_horizon, e.sky_ground);
+  const world::Clouds& clouds = e.clouds;
+  if (clouds.cover > 0)
+    f.add(clouds.cover, clouds.height, clouds.thickness, clouds.size, clouds.extinction, clouds.drifted, clouds.seed);
   for (const world::Luminaire& l : w.luminaires) {
     f.add(l.kind, l.position, l.axis, l.up, l.power, l.irradiance, l.radiance, l.extent, l.radius, l.half_angle,
           l.inner_half_angle, l.attenuation, l.at_infinity, l.whole_sphere, l.uniform_area, l.lambertian, l.glossy,
@@ -228,7 +231,7 @@ world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& c
   TRY_STATUS(check(camera, knobs, width, height));
   const Clock::time_point start = Clock::now();
   std::shared_ptr<const world::SkyLight> made;
-  TRY(const SkyView sky, sky_view(view.environment(), knobs, made));
+  TRY(const SkyView sky, sky_view(view.environment(), knobs, made, camera.position.voxel));
   // Paths follow what fog scatters themselves.
   const FogLight fog = knobs.light_transport == LightTransport::path ? FogLight::none : knobs.fog_light;
   TRY(const TraceScene scene,

@@ -87,8 +87,13 @@ Vec3d Transport::sky(const Vec3f& direction) const {
   return {l.r, l.g, l.b};
 }
 
-Vec3d Transport::seen_sky(const Vec3f& direction) const {
-  const Rgb l = scene().sky().seen(Vec3d(direction));
+Vec3d Transport::seen_sky(const world::WorldPoint& from, const Vec3f& direction) const {
+  const Rgb l = scene().sky().seen(from, Vec3d(direction));
+  return {l.r, l.g, l.b};
+}
+
+Vec3d Transport::mirrored_sky(const world::WorldPoint& from, const Vec3f& direction) const {
+  const Rgb l = scene().sky().mirrored(from, Vec3d(direction));
   return {l.r, l.g, l.b};
 }
 
@@ -125,6 +130,7 @@ Arrival Transport::arrival(TraceRay ray, const LightSample& light, ShadowTrackin
   arrival.value = Vec3d(1);
   ++tracer.counts.shadow_rays;
   const LightTarget& target = light.target;
+  if (target.kind == LightKind::sun) arrival.value *= double{scene().sky().sun_through(ray.start())};
   const auto through_media = [&](const std::vector<Crossing>& passed, double t_end) {
     if (!scene().has_media()) return;
     media_along(tracer, ray, passed, t_end, shadow_stretches);

@@ -80,8 +80,10 @@ class Transport {
   FogView fog(const TraceRay& ray, double t_end);
   /// Radiance from the sky along a ray that leaves the scene.
   Vec3d sky(const Vec3f& direction) const;
-  /// The same with what only an eye sees: disks and stars.
-  Vec3d seen_sky(const Vec3f& direction) const;
+  /// The same with what only an eye sees: disks, stars and clouds.
+  Vec3d seen_sky(const world::WorldPoint& from, const Vec3f& direction) const;
+  /// The same with clouds alone: what interfaces that are looked straight through mirror.
+  Vec3d mirrored_sky(const world::WorldPoint& from, const Vec3f& direction) const;
 
   /// Gives a surface of the grid its block's texture. `seen`: by the camera's ray, over the pixel's footprint; else at
   /// the point itself. `before`: m from the camera to the ray's start.

@@ -223,6 +223,8 @@ std::vector<Target> own_targets() {
     all.push_back(
         bytes_of("what = \"a\"\n[world]\ngenerator = \"flat\"\nsize = [8, 8, 8]\n[[luminaire]]\nkind = \"spot\"\n"
                  "position = [1, 2, 3]\ndirection = [0, -1, 0]\npower_w = [1, 2, 3]\nhalf_angle_deg = 30\n"
+                 "[clouds]\ncover = 0.5\nheight_m = 800\nthickness_m = 90\nsize_m = 300\nextinction_per_m = 0.1\n"
+                 "drift_mps = [1, -2]\nseed = 4\n"
                  "[[camera]]\nname = \"a\"\nposition = [0, 0, 0]\nyaw_deg = 30\n[knobs]\nx = \"y\"\n"
                  "[simulation]\nseed = 3\neffects = [\"rain\"]\n[simulation.knobs]\na = \"b\"\n"));
     return all;

@@ -575,6 +575,7 @@ PictureRequest Game::picture_request(int width, int height) {
   PictureRequest request;
   request.camera = camera();
   request.environment = environment;
+  set_cloud_drift(request.environment, state_.tick);
   request.settings = picture;
   request.mode = view;
   request.split_at = split_at;

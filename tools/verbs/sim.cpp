@@ -9,6 +9,7 @@
 
 #include "sim/matter/matter.h"
 #include "sim/matter/thermal.h"
+#include "tools/inhabitants.h"
 #include "tools/interrupt.h"
 #include "tools/json_text.h"
 #include "tools/knob_settings.h"
@@ -199,6 +200,7 @@ world::Result<int> run_sim(const SimOptions& options) {
                                                        : scene.name + "-checkpoint.loam";
     matter.save_state();
     world.metadata[kTickKey] = std::to_string(matter.tick());
+    set_cloud_drift(world.environment, matter.tick());
     world.simulation.seed = matter_options.seed;
     TRY_STATUS(world::write_world(world, path));
     std::fprintf(stderr, "saved %s at tick %llu\n", path.c_str(), static_cast<unsigned long long>(matter.tick()));

@@ -1,17 +1,21 @@
 #include "world/saves/meta.h"
 
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <span>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "world/saves/surroundings.h"
+#include "world/scenes/cloud_limits.h"
 
 namespace world {
 
 namespace {
 
-bool parse_three(const std::string& text, double (&out)[3]) {
+bool parse_numbers(const std::string& text, std::span<double> out) {
   const char *at = text.data(), *end = at + text.size();
   for (double& value : out) {
     while (at != end && *at == ' ') ++at;
@@ -22,6 +26,22 @@ bool parse_three(const std::string& text, double (&out)[3]) {
   return at == end;
 }
 
+/// In the order of this row's numbers.
+std::array<double, 12> numbers_of(const Clouds& c) {
+  return {c.cover,   c.height,  c.thickness, c.size,      c.extinction, c.drift.x,
+          c.drift.y, c.drift.z, c.drifted.x, c.drifted.y, c.drifted.z,  static_cast<double>(c.seed)};
+}
+
+bool read_clouds(Clouds& clouds, const std::string& text) {
+  double v[12];
+  if (!parse_numbers(text, v)) return false;
+  const auto number = [&](int i) { return static_cast<float>(v[i]); };
+  clouds = {number(0), number(1), number(2), number(3), number(4), {v[5], v[6], v[7]}, {v[8], v[9], v[10]}, 0};
+  if (!(v[11] >= 0 && v[11] <= UINT32_MAX)) return false;
+  clouds.seed = static_cast<uint32_t>(v[11]);
+  return within_limits(clouds);
+}
+
 bool read_environment(Environment& e, const std::string& key, const std::string& text) {
   if (key == "environment.temperature") {
     const char* const end = text.data() + text.size();
@@ -29,8 +49,9 @@ bool read_environment(Environment& e, const std::string& key, const std::string&
     return parsed.ec == std::errc() && parsed.ptr == end && e.temperature.value > 0 &&
            e.temperature.value <= kHighestTemperature;
   }
+  if (key == "environment.clouds") return read_clouds(e.clouds, text);
   double v[3];
-  if (!parse_three(text, v)) return false;
+  if (!parse_numbers(text, v)) return false;
   const auto bands = [&](auto& field) {
     field = {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
     return v[0] >= 0 && v[1] >= 0 && v[2] >= 0;
@@ -58,6 +79,7 @@ Meta meta_of(const World& world) {
                {"environment.sky_horizon", three(e.sky_horizon.r, e.sky_horizon.g, e.sky_horizon.b)},
                {"environment.sky_ground", three(e.sky_ground.r, e.sky_ground.g, e.sky_ground.b)},
                {"environment.temperature", fmt::format("{}", e.temperature.value)}};
+  if (e.clouds != Clouds{}) meta.rows["environment.clouds"] = fmt::format("{}", fmt::join(numbers_of(e.clouds), " "));
   for (const auto& [key, value] : world.metadata) meta.rows["metadata." + key] = value;
   put_surroundings(world, meta.rows, meta.assets);
   return meta;

@@ -48,6 +48,8 @@ std::vector<EffectCall> called_effects(const World& world) {
   effects.push_back({"sun", sunlit, sunlit ? "the scene has a sun" : "the sun's irradiance is 0"});
   const bool sky = world.environment.sky_zenith.max() > 0 || world.environment.sky_horizon.max() > 0;
   effects.push_back({"sky", sky, sky ? "the scene has a sky" : "the sky's radiance is 0"});
+  const bool clouds = world.environment.clouds.cover > 0;
+  effects.push_back({"clouds", clouds, clouds ? "the scene has [clouds]" : "the scene has no [clouds]"});
   const Census census = world.store.census();
   for (const EffectRule& rule : kBlockEffects) {
     EffectCall call{rule.name, false, rule.absent};

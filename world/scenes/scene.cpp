@@ -11,6 +11,7 @@
 #include "world/base/toml_reader.h"
 #include "world/base/toml_text.h"
 #include "world/gen/generator.h"
+#include "world/scenes/cloud_limits.h"
 #include "world/scenes/scene_reactions.h"
 #include "world/scenes/simulation_tables.h"
 #include "world/scenes/sky_light.h"
@@ -175,6 +176,28 @@ void read_time_of_day(TomlTable& root, TomlTable table, Scene& scene) {
                       {"moon", sky.moon ? "true" : "false"}});
 }
 
+///   [clouds]
+///   cover = 0.4               share of the sky that they take, 0 to 1
+///   height_m = 900            y of their base
+///   thickness_m = 250         of the layer
+///   size_m = 700              of the largest lumps
+///   extinction_per_m = 0.04   where they are densest
+///   drift_mps = [9, 4]        along x and z
+///   seed = 1                  another number, other clouds
+void read_clouds(TomlTable table, Clouds& clouds) {
+  table.require("cover", clouds.cover, NumberRange{.min = 0, .max = 1});
+  table.read("height_m", clouds.height, {.min = -kMostCloudHeight, .max = kMostCloudHeight});
+  table.read("thickness_m", clouds.thickness, {.min = kLeastCloudLength, .max = kMostCloudLength});
+  table.read("size_m", clouds.size, {.min = kLeastCloudLength, .max = kMostCloudLength});
+  table.read("extinction_per_m", clouds.extinction, {.min = 0, .max = kMostCloudExtinction});
+  double drift[2] = {clouds.drift.x, clouds.drift.z};
+  table.read("drift_mps", std::span<double>(drift), {.min = -kMostCloudDrift, .max = kMostCloudDrift});
+  clouds.drift = {drift[0], 0, drift[1]};
+  int64_t seed = clouds.seed;
+  table.read("seed", seed, {.min = 0, .max = double{UINT32_MAX}});
+  clouds.seed = static_cast<uint32_t>(seed);
+}
+
 void read_environment(TomlTable root, Environment& environment) {
   root.read("temperature_k", environment.temperature.value, {.min = 0, .max = kHighestTemperature, .open_min = true});
   for (TomlTable sun : root.table("sun")) {
@@ -193,6 +216,7 @@ void read_environment(TomlTable root, Environment& environment) {
     read_bands(sky, "horizon", environment.sky_horizon);
     read_bands(sky, "ground", environment.sky_ground);
   }
+  for (const TomlTable& clouds : root.table("clouds")) read_clouds(clouds, environment.clouds);
 }
 
 void read_knobs(TomlTable table, std::map<std::string, std::string>& out) {
@@ -246,6 +270,7 @@ Result<Scene> parse_scene(std::string_view text, const std::string& name, const 
   for (TomlTable prism : root.array_of_tables("prism")) read_prism(prism, scene);
   for (TomlTable cone : root.array_of_tables("cone")) read_cone(cone, scene);
   read_environment(root, scene.environment);
+  if (scene.environment.clouds.cover > 0) scene.environment.clouds.height += static_cast<float>(scene.offset.y);
   for (TomlTable blocks : root.table("block"))
     for (auto& [block_name, table] : blocks.tables()) scene.blocks.push_back(read_block(block_name, table));
   const VoxelPos offset = scene.offset;

@@ -63,7 +63,7 @@ vec3 pixel_radiance(uvec2 pixel, uvec2 seen) {
       colour = met.radiance;
     }
   }
-  if (distance == kMediumFar) colour = seen_far(direction);
+  if (distance == kMediumFar) colour = seen_far(picture.fraction.xyz, direction);
   if (picture.eye_absorption.w != 0.0) colour *= attenuation(picture.eye_absorption.rgb, distance);
   if (kMedia) {
     const FogView fog = fog_along(picture.camera_voxel.xyz, picture.fraction.xyz, direction, distance);

@@ -87,6 +87,7 @@ void read_picture() {
   picture.sun_irradiance = picture_arrays.sun_irradiance;
   picture.eye_absorption = picture_arrays.eye_absorption;
   picture.sky = picture_arrays.sky;
+  picture.clouds = picture_arrays.clouds;
   picture.sun_cells = picture_arrays.sun_cells;
   picture.sun_base = picture_arrays.sun_base;
   picture.sun_slope = picture_arrays.sun_slope;

@@ -51,6 +51,7 @@ vec3 shape_radiance_at(uint quad, ivec3 cell, vec3 fraction, vec3 ray) {
   vec3 sun = vec3(visible ? 1.0 : 0.0);
   if (kSunShadow == kSunShadowMap && visible) sun = vec3(sun_by_map(cell, fraction, axis, kNoTriangle));
   if (kSunBlockers && visible) sun *= sun_let_through(cell, fraction);
+  if (kCloudShadows && visible) sun *= sun_through_clouds(cell, fraction);
   LitPoint p;
   p.voxel = cell;
   p.fraction = fraction;

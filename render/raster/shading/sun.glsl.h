@@ -4,6 +4,13 @@
 #include "render/raster/shading/grid.glsl.h"
 #include "render/raster/shading/sun_cascades.glsl.h"
 
+layout(constant_id = kSpecCloudShadows) const bool kCloudShadows = false;
+
+/// SkyView::sun_through()
+float sun_through_clouds(const ivec3 voxel, const vec3 fraction) {
+  return cloud_sun_through(picture.clouds, vec3(voxel - picture.camera_voxel.xyz) + fraction);
+}
+
 /// SunMap::lit_at()
 float sun_map_lit_at(const SunMapFrame frame, const vec2 at, const float reach) {
   if (!(at.x >= 0.0 && at.y >= 0.0 && at.x < float(frame.size.x - 1) && at.y < float(frame.size.y - 1))) return 1.0;

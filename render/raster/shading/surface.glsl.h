@@ -112,6 +112,7 @@ vec3 face_radiance(const FacePoint p) {
   vec3 sun = vec3(visible ? 1.0 : 0.0);
   if (kSunShadow == kSunShadowMap && visible) sun = vec3(sun_by_map(p.front, p.fraction, axis, kNoTriangle));
   if (kSunBlockers && visible) sun *= sun_let_through(p.front, p.fraction);
+  if (kCloudShadows && visible) sun *= sun_through_clouds(p.front, p.fraction);
   LitPoint at;
   at.voxel = p.front;
   at.fraction = p.fraction;

@@ -114,7 +114,7 @@ TEST(RaycastContours, ShowABallAsTheBallItself) {
         ASSERT_TRUE(std::isfinite(frame->image.at(x, y).g));
         if (under < kRadius * kRadius * 0.1) continue;  // not at the silhouette
         const Vec3d normal = (from + d * (-b - std::sqrt(under))) / kRadius;
-        const double expected = normal_radiance(shading, world.environment, 1, normal, true).g;
+        const double expected = normal_radiance(shading, world.environment, 1, normal, 1).g;
         const double difference = std::abs(frame->image.at(x, y).g - expected) / expected;
         worst = std::max(worst, difference), sum += difference, ++count;
       }

@@ -26,6 +26,8 @@ World furnished_world() {
   World world = sample_world();
   world.knobs = {{"exposure", "0.5"}, {"light_transport", "path"}};
   world.environment.temperature = Kelvin{1.0 / 3};
+  world.environment.clouds = {0.3f,      -71.3f, 90.1f, 1.0f / 3 + 400, 0.013f, {0.1, 0, -7.7}, {1.0 / 3, 0, 1e9 + 0.7},
+                              UINT32_MAX};
   world.simulation = {UINT64_MAX, {"rain", "a \"quoted\" name"}, {{"liquid_rule", "pipes"}, {"a b", "\n"}}};
   world.simulation.bodies = {
       {"crate", WorldPoint::from(0.1, -7.3, 1e9 + 0.7), {1.0 / 3, 64, 0.1}, {-1.0 / 7, 0, 1}, 1.0 / 3 + 1, 0.3, 0.7},

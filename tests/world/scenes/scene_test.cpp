@@ -138,6 +138,35 @@ TEST(Scene, SaysHowWarmItIsAndWhatItAsksOfTheSimulation) {
   EXPECT_NE(error_of(std::string(kSmall) + "[simulation]\nseed = -1\n").find("seed"), std::string::npos);
 }
 
+TEST(Scene, SaysWhatCloudsAreOverIt) {
+  const std::string all =
+      "[clouds]\ncover = 0.5\nheight_m = 800\nthickness_m = 90\nsize_m = 300\nextinction_per_m = 0.5\n"
+      "drift_mps = [1, -2]\nseed = 4000000000\n";
+  const auto scene = scene_of(std::string(kSmall) + all);
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  EXPECT_EQ(scene->environment.clouds, (Clouds{0.5f, 800, 90, 300, 0.5f, {1, 0, -2}, {}, 4000000000u}));
+  const auto raised = scene_of(std::string(kSmall) + "offset = [128, 256, 0]\n" + all);
+  ASSERT_TRUE(raised.ok()) << raised.error().message;
+  EXPECT_EQ(raised->environment.clouds.height, 800 + 256) << "the base moves with the land";
+  const auto called = [](const Scene& s) {
+    ImportReport report;
+    for (const EffectCall& effect : called_effects(build_world(s, report).value()))
+      if (effect.name == "clouds") return effect.called_for;
+    return false;
+  };
+  EXPECT_TRUE(called(*scene));
+  EXPECT_FALSE(called(scene_of(kSmall).value()));
+
+  const auto wrong = [](const std::string& rest) { return error_of(std::string(kSmall) + "[clouds]\n" + rest); };
+  EXPECT_NE(wrong("cover = 1.5\n").find("a.toml:5:9: 'cover' is 1.5, but must be in [0, 1]"), std::string::npos)
+      << wrong("cover = 1.5\n");
+  EXPECT_NE(wrong("seed = 3\n").find("cover"), std::string::npos);
+  EXPECT_NE(wrong("cover = 0\ncovre = 1\n").find("did you mean 'cover'"), std::string::npos);
+  for (const char* row : {"height_m = 1e7", "thickness_m = 0", "size_m = 1", "extinction_per_m = -1",
+                          "drift_mps = [1, 2, 3]", "drift_mps = [1, 1e9]", "seed = -1", "seed = 4294967296"})
+    EXPECT_NE(wrong(std::string("cover = 0.1\n") + row + "\n"), "") << row;
+}
+
 TEST(Scene, SaysWhichBodiesFallAndWhereParticlesComeFrom) {
   const auto scene = scene_of(std::string(kSmall) +
                               "[[body]]\nname = \"crate\"\nposition = [1.5, 20, -3.25]\nsize_m = [2, 1, 0.5]\n"

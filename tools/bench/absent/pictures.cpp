@@ -115,6 +115,10 @@ const Zero kZeros[] = {
        rain.kind = "rain", rain.box = {{0, 60, 0}, {63, 60, 63}};
        w.simulation.particles.push_back(rain);
      }},
+    {"clouds", "a layer of clouds that covers none of the sky",
+     [](world::World& w) {
+       w.environment.clouds.height = 50, w.environment.clouds.extinction = 1, w.environment.clouds.seed = 7;
+     }},
     {"meshes",
      "a null surface that holds no medium",
      [](world::World& w) {
@@ -179,6 +183,10 @@ const Idle kIdles[] = {
     {"liquid_levels", "full liquids as high as they are full", {"raster", "raycast"}, {"liquid_surface=full"}},
     {"contours", "the exact surface of a level set that is not there", {"raycast"}, {"contours=field"}},
     {"photons", "photons of a transport that follows none", {"raycast"}, {"photons=400000", "photon_radius=0.5"}},
+    {"clouds",
+     "64 places along rays through clouds that are not there, 16 to the sun",
+     {"raster", "raycast"},
+     {"cloud_steps=64", "cloud_light_steps=16", "cloud_shadows=true"}},
     {"time_of_day",
      "the place and the air of a sky that has no time of day",
      {"raster", "raycast"},
