@@ -149,8 +149,8 @@ Arrival Transport::arrival(TraceRay ray, const LightSample& light, ShadowTrackin
   const SeeThroughKinds* const straight =
       knobs().tinted_shadows && target.kind == LightKind::sun ? shared.see_through : nullptr;
   uint16_t medium = straight ? straight->kind(tracer.block_of(ray.ray)) : 0;
-  // Else only what is opaque holds the sun back, as for the other backends; paths meet all there is.
-  const bool opaque_alone = target.kind == LightKind::sun && !knobs().tinted_shadows &&
+  // Else only what is opaque holds light back that comes straight, as for the other backends; paths meet all there is.
+  const bool opaque_alone = !(knobs().tinted_shadows && target.kind == LightKind::sun) &&
                             (knobs().light_transport == LightTransport::direct ||
                              knobs().light_transport == LightTransport::ambient_occlusion);
   const auto lets_by = [&](const Surface& s) {
