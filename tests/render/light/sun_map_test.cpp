@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "render/raster/raster.h"
 #include "render/raycast/raycast.h"
 #include "tests/render/raster/compare_pictures.h"
 #include "tests/render/raster/small_worlds.h"
@@ -43,20 +42,6 @@ TEST(SunMap, TendsToTheShadowsOfRaysAsItsTexelsShrink) {
     before = now;
   }
   EXPECT_LT(before, 0.01);
-}
-
-TEST(SunMap, BothBackendsShowTheSameShadows) {
-  auto raster = make_raster({.validation = true});
-  ASSERT_TRUE(raster.ok()) << raster.error().message;
-  auto raycast = make_raycast_backend();
-  for (const world::VoxelPos offset : {world::VoxelPos{0, 0, 0}, world::VoxelPos{0, 3, 1}}) {
-    const world::World w = hills(offset);
-    for (const float texel : {1.0f, 0.25f}) {
-      const Image a = drawn(**raster, w, map_of(texel)), b = drawn(**raycast, w, map_of(texel));
-      EXPECT_LE(differing(a, b), 1e-3) << texel;  // pixels on edges between faces, and on a texel's last bit
-    }
-  }
-  EXPECT_EQ((*raster)->messages(), std::vector<std::string>{});
 }
 
 TEST(SunMap, IsMadeOnceAndAgainAfterAnEditAndGoesWhereNobodyAsks) {

@@ -358,7 +358,7 @@ TEST(SurfaceLight, BothBackendsShowTheSameLight) {
             const float scale = std::max({a.max(), b.max(), 1.0f});
             differing += std::abs(a.r - b.r) + std::abs(a.g - b.g) + std::abs(a.b - b.b) > 0.01f * scale;
           }
-          // As backends_agree_test allows for edges at this size; light that jumps from face to face adds none.
+          // As many pixels lie on edges at this size; light that jumps from face to face adds none.
           EXPECT_LE(differing, drawn->image.pixels.size() / 1000)
               << static_cast<int>(model) << static_cast<int>(interpolation) << corners << static_cast<int>(shadow);
         }

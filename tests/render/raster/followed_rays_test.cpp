@@ -1,75 +1,18 @@
-/// Mirrored and bent rays of the rasterizer meet shapes of blocks and bodies, as those of the ray caster that follows
-/// them (light_transport=whitted) do. Each picture with the validation layer on.
-#include <cstdio>
-
+/// Mirrored and bent rays of the rasterizer meet shapes of blocks and bodies after edits, and as the knobs say. Each
+/// picture with the validation layer on. That they meet them as those of the ray caster do is claimed in
+/// tests/tools/agreement/rows.cpp.
 #include <gtest/gtest.h>
 
 #include "render/raster/raster.h"
 #include "render/raycast/raycast.h"
 #include "tests/render/raster/both_backends.h"
 #include "tests/render/raster/compare_pictures.h"
-#include "tests/render/raster/small_worlds.h"
+#include "tests/render/raster/shape_worlds.h"
 
 namespace render {
 namespace {
 
 constexpr int kWidth = 320, kHeight = 180;
-
-/// A row of things along x: a torch, a fence of three, a flower, stairs, a slab, a pane of two, a ladder.
-void set_row(world::World& w, world::EditBatch& batch, world::VoxelPos first) {
-  const std::vector<std::pair<int, world::BlockId>> row = {{0, block(w, "torch")},
-                                                           {2, block(w, "shaped_fence")},
-                                                           {3, block(w, "shaped_fence")},
-                                                           {4, block(w, "shaped_fence")},
-                                                           {6, block(w, "flower_red")},
-                                                           {8, block(w, "shaped_stairs_south_bottom")},
-                                                           {10, block(w, "shaped_slab_bottom")},
-                                                           {12, block(w, "shaped_pane")},
-                                                           {13, block(w, "shaped_pane")},
-                                                           {15, block(w, "shaped_ladder_north")}};
-  for (const auto& [x, id] : row) batch.set(first + world::VoxelPos{x, 0, 0}, id);
-}
-
-void set_rows(world::World& w, std::initializer_list<world::VoxelPos> rows) {
-  world::EditBatch batch;
-  for (const world::VoxelPos& first : rows) set_row(w, batch, first);
-  apply(w, batch);
-}
-
-world::World ground() {
-  world::World w(world::standard_blocks());
-  for (const char* proxy : {"fence", "stairs_south_bottom", "slab_bottom", "pane", "ladder_north"})
-    shaped(w, proxy, {0.6f, 0.35f, 0.2f});
-  world::EditBatch batch;
-  batch.fill({{-24, -4, -20}, {24, -1, 20}}, block(w, "plaster"));
-  apply(w, batch);
-  return w;
-}
-/// A wall of mercury.
-world::World mirror() {
-  world::World w = ground();
-  world::EditBatch batch;
-  batch.fill({{-10, 0, -16}, {10, 7, -16}}, block(w, "mercury"));
-  apply(w, batch);
-  return w;
-}
-void fill_pool(world::World& w, const char* liquid) {
-  world::EditBatch batch;
-  batch.fill({{-10, -3, -8}, {10, -1, 4}}, block(w, liquid));
-  apply(w, batch);
-}
-world::World pool() {
-  world::World w = ground();
-  fill_pool(w, "water");
-  return w;
-}
-constexpr world::VoxelPos kBeforeTheMirror{-8, 0, -13}, kBeyondThePool{-8, 0, -9}, kUnderWater{-8, -3, -2};
-
-/// Before the mirror, above the pool, on its bottom, and half in it.
-const std::vector<BodyRecord> kBodies = {{-3.5f, 1.2f, -13.4f, 0.4f, 0.9f, 0.4f, {0.2f, 0.5f, 0.7f}},
-                                         {3.5f, 1.6f, -6.4f, 0.6f, 0.5f, 0.6f, {0.7f, 0.2f, 0.3f}},
-                                         {-4.3f, -2.2f, 1.4f, 0.7f, 0.7f, 0.7f, {0.2f, 0.7f, 0.2f}},
-                                         {5.2f, 0.1f, 0.3f, 0.5f, 0.8f, 0.5f, {0.6f, 0.6f, 0.1f}}};
 
 RenderKnobs traced_knobs() {
   RenderKnobs knobs;
@@ -80,57 +23,12 @@ RenderKnobs traced_knobs() {
   return knobs;
 }
 
-const std::vector<NamedCamera> kMirrorViews = {
-    {"in the mirror", camera_at({}, {-1.3, 3.2, -8.4}, {0.05, -0.1, -1}, 80)},
-    {"along the mirror", camera_at({}, {8.4, 2.3, -10.2}, {-1, -0.15, -0.35}, 70)}};
-const std::vector<NamedCamera> kPoolViews = {
-    {"over the pool", camera_at({}, {0.4, 5.2, 12.3}, {0.02, -0.5, -1}, 70)},
-    {"into the pool", camera_at({}, {-3.4, 7.3, 2.2}, {0.1, -1, -0.4}, 70)},
-    {"along the water", camera_at({}, {1.2, 0.7, 9.3}, {-0.05, -0.12, -1}, 60)}};
-
 class FollowedRays : public BothBackends {
  protected:
   Image drawn(const world::World& w, const Camera& camera, const RenderKnobs& knobs) {
     return draw(*raster_, w, camera, knobs, kWidth, kHeight).image;
   }
-  /// The bound of the project: 99.9 % of pixels within 2/255.
-  void expect_agreement(const world::World& w, const std::vector<NamedCamera>& views) {
-    raster_->inhabitants = raycast_->inhabitants = {{0, 0, 0}, {}, kBodies};
-    for (const NamedCamera& view : views) {
-      RenderKnobs knobs = traced_knobs();
-      const Image by_raster = drawn(w, view.camera, knobs);
-      knobs.light_transport = LightTransport::whitted;
-      const Image cast = draw(*raycast_, w, view.camera, knobs, kWidth, kHeight).image;
-      const double share = share_within(by_raster, cast, 2);
-      std::printf("  %-16s %.4f %% within 2/255 of the tracer\n", view.name.c_str(), 100 * share);
-      EXPECT_GE(share, 0.999) << view.name;
-    }
-  }
 };
-
-TEST_F(FollowedRays, MirroredMeetShapesAndBodiesAsThoseOfTheTracerDo) {
-  world::World w = mirror();
-  set_rows(w, {kBeforeTheMirror});
-  expect_agreement(w, kMirrorViews);
-}
-
-TEST_F(FollowedRays, OfWaterMeetShapesAndBodiesAsThoseOfTheTracerDo) {
-  world::World w = pool();
-  set_rows(w, {kBeyondThePool});
-  expect_agreement(w, kPoolViews);
-}
-
-/// Around a shape under water there is air. What its sides mirror is the sky, by the tracer what is there: this water
-/// bends rays and mirrors little.
-TEST_F(FollowedRays, BentMeetShapesAndBodiesUnderWaterAsThoseOfTheTracerDo) {
-  world::World w = ground();
-  world::Block thin = (*w.palette)[block(w, "water")];
-  thin.name = "thin_water", thin.index_of_refraction = 1.005f;
-  CHECK(w.palette->add(thin).ok());
-  fill_pool(w, "thin_water");
-  set_rows(w, {kUnderWater});
-  expect_agreement(w, kPoolViews);
-}
 
 TEST_F(FollowedRays, MeetShapesAfterEditsAsAfresh) {
   world::World w = pool();

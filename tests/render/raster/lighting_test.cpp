@@ -1,14 +1,15 @@
-// Luminaires, media, skies and textures of the rasterizer, against the ray caster at direct light.
+// Luminaires and media of the rasterizer: how many there may be, what they cost, and limits that they must meet. That
+// they look as the ray caster has them is claimed in tests/tools/agreement/rows.cpp.
 #include <cmath>
 
 #include <gtest/gtest.h>
 
 #include "render/image/display.h"
-#include "render/image/flip.h"
 #include "render/raster/raster.h"
 #include "render/raster/rasterizer.h"
 #include "render/raycast/raycast.h"
 #include "tests/render/raster/compare_pictures.h"
+#include "tests/render/raster/lit_worlds.h"
 #include "tests/render/raster/small_worlds.h"
 
 namespace render {
@@ -41,127 +42,6 @@ Image drawn(Backend& backend, const World& w, const Camera& camera, const Render
 Image cast(const World& w, const Camera& camera, const RenderKnobs& knobs) {
   auto backend = make_raycast_backend();
   return drawn(**backend, w, camera, knobs);
-}
-
-/// The bar of the backends: 99.9 % of pixels within 2/255, FLIP's mean below 0.01.
-void expect_agreement(const World& w, const Camera& camera, RenderKnobs knobs, const std::string& what,
-                      double share = 0.999) {
-  // Layers and coarser levels are other tests'.
-  knobs.transparency = Transparency::opaque, knobs.lod_error_px = 0;
-  const Image a = drawn(raster(), w, camera, knobs), b = cast(w, camera, knobs);
-  const Image8 x = display_image(a, knobs.exposure), y = display_image(b, knobs.exposure);
-  size_t within = 0, lit = 0;
-  for (size_t i = 0; i < x.pixels.size(); i += 3) {
-    int worst = 0;
-    for (size_t c = 0; c < 3; ++c) worst = std::max(worst, std::abs(x.pixels[i + c] - y.pixels[i + c]));
-    within += worst <= 2;
-    lit += y.pixels[i] + y.pixels[i + 1] + y.pixels[i + 2] > 30;
-  }
-  const double pixels = static_cast<double>(x.pixels.size()) / 3;
-  EXPECT_GE(static_cast<double>(within), share * pixels) << what;
-  EXPECT_LT(flip_map(x, y).mean, 0.01) << what;
-  EXPECT_GT(static_cast<double>(lit), 0.05 * pixels) << what << ": too dark to say anything";
-  EXPECT_EQ(raster().messages(), std::vector<std::string>{}) << what;
-}
-
-/// A closed room without light of its own: nothing but luminaires lights it.
-World dark_room() {
-  World w = room();
-  world::EditBatch batch;
-  batch.set({8, 5, 8}, world::kAir);
-  batch.fill(box_at({}, {2, 0, 8}, {2, 2, 9}), block(w, "brick_red"));
-  apply(w, batch);
-  w.environment.sun_irradiance = {};
-  w.environment.sky_zenith = w.environment.sky_horizon = w.environment.sky_ground = {};
-  return w;
-}
-Camera in_the_room() { return camera_at({}, {1.3, 3.7, 1.2}, {1, -0.35, 0.9}, 75); }
-
-Luminaire luminaire(const char* kind) {
-  Luminaire l;
-  l.name = l.kind = kind;
-  l.position = WorldPoint::from(6.4, 5.2, 7.3);
-  l.power = {900, 700, 500};
-  l.extent = {1.5f, 0.8f};
-  l.radius = 0.6f;
-  return l;
-}
-
-std::shared_ptr<world::LightImage> picture_of_light() {
-  auto image = std::make_shared<world::LightImage>();
-  image->width = 8, image->height = 4;
-  for (int i = 0; i < 32; ++i) {
-    const float v = static_cast<float>(i % 5);
-    image->pixels.push_back({0.1f + v, 0.3f + 0.5f * v, i % 3 ? 1.0f : 0.2f});
-  }
-  return image;
-}
-
-std::vector<Luminaire> one_of_each_kind() {
-  Luminaire spot = luminaire("spot"), gobo = luminaire("gobo"), unified = luminaire("unified_point");
-  spot.half_angle = 0.9f, spot.inner_half_angle = 0.5f;
-  spot.axis = glm::normalize(world::Vec3f(-0.3f, -1, -0.2f)), spot.up = world::Vec3f(0, 0.19611613f, -0.98058069f);
-  spot.power = {9000, 9000, 7000};
-  gobo.half_angle = 0.8f, gobo.inner_half_angle = 0.8f, gobo.power = {2500, 2500, 2500}, gobo.image = "slide";
-  gobo.light_image = picture_of_light();
-  unified.attenuation = {0.2f, 0.1f, 0.5f}, unified.half_angle = 2;
-  Luminaire far_point = luminaire("unified_point");
-  far_point.at_infinity = true, far_point.attenuation = {1, 0, 0}, far_point.axis = {0, -1, 0};
-  Luminaire directional = luminaire("directional");
-  directional.power = {}, directional.irradiance = {60, 50, 40};
-  directional.axis = glm::normalize(world::Vec3f(0.4f, -1, 0.2f));
-  Luminaire mesh = luminaire("mesh");
-  mesh.triangles = {{-1, 0, -1}, {1, 0, -1}, {0, 0.3f, 1}, {0.5f, -0.5f, 0}, {0.7f, -0.5f, 0.4f}, {0.2f, -0.5f, 0.4f}};
-  Luminaire panel = luminaire("rectangle"), by_area = panel;
-  by_area.uniform_area = true;
-  Luminaire switched = luminaire("sphere");
-  switched.shadows = false, switched.glossy = false;
-  return {luminaire("omni"),   spot,    gobo, unified, far_point, directional, mesh, panel, by_area, luminaire("disk"),
-          luminaire("sphere"), switched};
-}
-
-TEST(RasterLuminaires, EveryKindLightsARoomAsTheRayCasterHasIt) {
-  for (const Luminaire& l : one_of_each_kind()) {
-    World w = dark_room();
-    // What lies at no place shines through the roof.
-    if (l.kind == "directional" || l.at_infinity) {
-      world::EditBatch open;
-      open.fill(box_at({}, {3, 6, 3}, {9, 6, 9}), world::kAir);
-      apply(w, open);
-    }
-    w.luminaires = {l};
-    RenderKnobs knobs;
-    knobs.exposure = 5;
-    expect_agreement(w, in_the_room(), knobs, l.kind + (l.uniform_area ? " by area" : ""));
-  }
-}
-
-TEST(RasterLuminaires, SkiesOfImagesAreSeenAndLight) {
-  World w = hills();
-  w.environment = dark_room().environment;
-  Luminaire sky = luminaire("hemisphere");
-  sky.power = {}, sky.radiance = {20, 30, 50}, sky.axis = {0, 1, 0}, sky.up = {0, 0, 1};
-  RenderKnobs knobs;
-  for (const bool image : {false, true}) {
-    sky.whole_sphere = image;
-    if (image) sky.image = "sky", sky.light_image = picture_of_light(), sky.radiance = {15, 15, 15};
-    w.luminaires = {sky};
-    // Glass hides the sky from the ray caster's shadow rays, not from the rasterizer's grid of opaque voxels.
-    expect_agreement(w, hill_cameras()[2].camera, knobs, image ? "image" : "even", 0.99);
-  }
-}
-
-TEST(RasterLuminaires, GlossyBlocksShineAsTheRayCasterHasIt) {
-  World w = dark_room();
-  world::EditBatch batch;
-  batch.fill(box_at({}, {0, -1, 0}, {11, -1, 11}), block(w, "gold_block"));
-  batch.fill(box_at({}, {7, 0, 3}, {8, 2, 4}), block(w, "obsidian"));
-  apply(w, batch);
-  w.luminaires = {luminaire("omni"), luminaire("rectangle")};
-  w.luminaires[0].position = WorldPoint::from(4.4, 3.2, 9.3);  // the ray caster's panels hide what lies on them
-  RenderKnobs knobs;
-  knobs.exposure = 3;
-  expect_agreement(w, in_the_room(), knobs, "gloss");
 }
 
 /// What a mirror is matte as is all that it mirrors, whether or not anything calls for BSDFs.
@@ -210,18 +90,6 @@ TEST(RasterLuminaires, ALampTooFaintToSeeLeavesGlossAsBrightAsTheSkyAroundIt) {
           ASSERT_NEAR(p.b, 70, 70 * 2e-5) << lamp;
         }
   }
-}
-
-TEST(RasterSun, HasTheLobesOfTheRayCasterWhereTheyAreAskedFor) {
-  World w = hills();
-  world::EditBatch batch;
-  batch.fill(box_at({}, {-64, 1, -64}, {63, 12, 63}), block(w, "gold_block"));
-  apply(w, batch);
-  const Camera camera = hill_cameras()[0].camera;
-  RenderKnobs lobes;
-  lobes.direct_gloss = DirectGloss::lobe;
-  expect_agreement(w, camera, lobes, "lobes of the sun");
-  EXPECT_LT(share_within(cast(w, camera, lobes), cast(w, camera, {}), 2), 0.9);
 }
 
 TEST(RasterLuminaires, AHundredThousandAreDrawnFromListsOfBoundedLength) {
@@ -301,39 +169,13 @@ TEST(LightCells, BoundTheirSizeForAnyLuminaires) {
 
 // --- media --------------------------------------------------------------------------------------------------------
 
-Medium medium(const char* kind) {
-  Medium m;
-  m.name = m.kind = kind;
-  m.position = WorldPoint::from(0, 14, 0);
-  m.scattering = {0.02f, 0.025f, 0.03f}, m.absorption = {0.01f, 0.005f, 0.002f};
-  m.emission = {30, 35, 45};
-  m.half_extent = {22, 9, 30};
-  m.normal = glm::normalize(world::Vec3f(0.2f, 1, 0.1f));
-  m.scale_height = 6;
-  return m;
-}
-
-TEST(RasterMedia, EveryKindHidesAndGlowsAsTheRayCasterHasIt) {
-  const char* const kinds[] = {"homogeneous", "height_fog", "box_fog", "ellipsoid_fog", "halfspace_fog"};
-  std::vector<std::vector<Medium>> cases;
-  for (const char* kind : kinds) cases.push_back({medium(kind)});
-  cases.push_back({medium("box_fog"), medium("ellipsoid_fog"), medium("height_fog")});  // overlapping
+TEST(RasterMedia, AreFiniteAlongTheGroundAndDeepUnderTheHeightAtWhichTheirDensityIsOne) {  // hard cases A6 and A7
   World w = hills();
-  world::EditBatch no_glass;
-  no_glass.fill(box_at({}, {-30, 10, 10}, {-30, 25, 40}), world::kAir);
-  apply(w, no_glass);
-  for (const auto& media : cases) {
-    w.media = media;
-    expect_agreement(w, hill_cameras()[0].camera, {}, media[0].kind + (media.size() > 1 ? " and others" : ""));
-  }
-  // Hard cases A6 and A7: along the ground, and deep under the height at which the density is 1.
   Medium deep = medium("height_fog");
   deep.position = WorldPoint::from(0, 10000, 0), deep.scale_height = 20;
   w.media = {deep};
   const Image black = drawn(raster(), w, hill_cameras()[2].camera, {});
   for (const Rgb& p : black.pixels) ASSERT_TRUE(std::isfinite(p.r) && std::isfinite(p.g) && std::isfinite(p.b));
-  w.media = {medium("height_fog")};
-  expect_agreement(w, camera_at({}, {-60.2, 24.5, -3.4}, {1, 0, 0}), {}, "a level line of sight");
 }
 
 /// fog_light=unhidden is exact where the light is even and nothing is absorbed: what fog takes from the sky behind it
@@ -427,20 +269,6 @@ TEST(RasterMedia, ASlitInARoofMakesABeam) {
   EXPECT_GT(drawn(raster(), w, camera, {}).at(x, y).r, 0.99 * all);
 }
 
-TEST(RasterMedia, ShaftsOfLightAreTheRayCasters) {
-  World w = hills();
-  for (const char* const kind : {"homogeneous", "height_fog", "box_fog", "ellipsoid_fog", "halfspace_fog"}) {
-    Medium fog = medium(kind);
-    fog.emission = {}, fog.anisotropy = 0.4f;
-    w.media = {fog};
-    for (const int pieces : {1, 8}) {
-      RenderKnobs knobs;
-      knobs.fog_sun_rays = pieces;
-      expect_agreement(w, hill_cameras()[0].camera, knobs, fmt::format("{}, {} pieces", kind, pieces));
-    }
-  }
-}
-
 /// Where nothing hides the sun and the fog is thin, any number of pieces is the closed form.
 TEST(RasterMedia, WhatHidesNothingMakesNoShafts) {
   World w = beam();
@@ -520,59 +348,6 @@ TEST(RasterLuminaires, OnAPlaneOfAFaceGivesItNothingAndInASolidNothingAtAll) {  
   w.luminaires[0].position = WorldPoint::from(6.5, -0.5, 6.5);  // in the floor
   for (const Rgb& p : drawn(raster(), w, in_the_room(), knobs).pixels) ASSERT_EQ(p, Rgb{});
   for (const Rgb& p : cast(w, in_the_room(), knobs).pixels) ASSERT_EQ(p, Rgb{});
-}
-
-// --- sky ----------------------------------------------------------------------------------------------------------
-
-TEST(RasterSky, OfATimeOfDayIsTheRayCasters) {
-  const World w = hills();
-  for (const float hours : {5.0f, 8.0f, 12.5f, 20.2f, 23.5f}) {
-    RenderKnobs knobs;
-    knobs.time_of_day = hours;
-    knobs.day_of_year = 100;
-    knobs.exposure = hours < 6 || hours > 19 ? (hours > 20 ? 17.0f : 7.0f) : 0;
-    expect_agreement(w, hill_cameras()[2].camera, knobs, std::to_string(hours) + " h");
-  }
-}
-
-// --- textures -----------------------------------------------------------------------------------------------------
-
-TEST(RasterTextures, AreTheRayCastersForEveryFilter) {
-  const World w = hills();
-  for (const TextureFilter filter :
-       {TextureFilter::off, TextureFilter::point, TextureFilter::mip, TextureFilter::exact})
-    for (const size_t camera : {size_t{0}, size_t{2}}) {
-      RenderKnobs knobs;
-      knobs.textures = filter;
-      expect_agreement(w, hill_cameras()[camera].camera, knobs,
-                       "filter " + std::to_string(static_cast<int>(filter)) + " camera " + std::to_string(camera),
-                       filter == TextureFilter::point ? 0.99 : 0.999);
-    }
-}
-
-TEST(RasterTextures, TiltNormalsAsTheRayCastersDo) {
-  const World w = hills();
-  RenderKnobs knobs;
-  knobs.normal_detail = 0.5f;
-  for (const size_t camera : {size_t{0}, size_t{2}}) {
-    expect_agreement(w, hill_cameras()[camera].camera, knobs, "camera " + std::to_string(camera));
-    const Camera& from = hill_cameras()[camera].camera;
-    EXPECT_LT(share_within(drawn(raster(), w, from, knobs), drawn(raster(), w, from, {}), 2), 0.95);
-  }
-}
-
-// --- occlusion ----------------------------------------------------------------------------------------------------
-
-TEST(RasterSkyRays, OccludeAsTheRayCastersAmbientOcclusion) {
-  World w = hills();
-  world::EditBatch opaque_only;
-  opaque_only.fill(box_at({}, {-64, 1, -64}, {63, 8, 63}), block(w, "stone"));
-  opaque_only.fill(box_at({}, {-30, 10, 10}, {-30, 25, 40}), world::kAir);
-  apply(w, opaque_only);
-  RenderKnobs knobs;
-  knobs.sky_rays = knobs.light_samples = 8;
-  knobs.light_transport = LightTransport::ambient_occlusion;
-  expect_agreement(w, hill_cameras()[0].camera, knobs, "sky rays");
 }
 
 }  // namespace
