@@ -139,10 +139,6 @@ TEST(EveryBenchmark, SettingsHaveUniqueNamesAndADefault) {
 
 /// Knobs of pictures that choose among numbers or kinds and have no subject: why each needs none.
 const std::map<std::string, std::string> kWithoutSubject{
-    {"heightfield_error_px", "nothing reads it yet"},
-    {"cloud_steps", "nothing reads it yet"},
-    {"cloud_light_steps", "nothing reads it yet"},
-    {"fog_sun_rays", "nothing reads it yet"},
     {"liquid_surface", "what there is to see: amounts, or blocks"},
     {"photons", "not measured yet: a ladder of it takes minutes"},
     {"photon_radius", "not measured yet: a ladder of it takes minutes"},
