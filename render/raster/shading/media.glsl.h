@@ -3,8 +3,8 @@
 #ifndef LOAM_RENDER_RASTER_SHADING_MEDIA_GLSL_H
 #define LOAM_RENDER_RASTER_SHADING_MEDIA_GLSL_H
 #include "render/light/fog_shafts.shared.h"
-#include "render/raster/shading/grid.glsl.h"
 #include "render/raster/shading/lighting.glsl.h"
+#include "render/raster/shading/sun.glsl.h"
 #include "world/media/every_medium.shared.h"
 
 layout(constant_id = kSpecFogShafts) const bool kFogShafts = false;
@@ -209,7 +209,9 @@ vec3 sun_in_fog(ivec3 voxel, vec3 fraction, vec3 direction, float t) {
   const vec3 place = fraction + t * direction, corner = floor(place);
   const ivec3 there = voxel + ivec3(corner);
   if (!sun_visible(there, place - corner, kNoTriangle)) return vec3(0.0);
-  return media_transmittance(there, place - corner, picture.sun.xyz, kMediumFar);
+  vec3 arrives = media_transmittance(there, place - corner, picture.sun.xyz, kMediumFar);
+  if (kCloudShadows) arrives *= sun_through_clouds(there, place - corner);
+  return arrives;
 }
 
 FogView fog_along(ivec3 voxel, vec3 fraction, vec3 direction, float t_end) {
