@@ -149,6 +149,7 @@ twins() {
   twin "under water" underwater glasshouse --camera underwater
   twin "mist" mist mist
   twin "fog in a box, an ellipsoid, a half space, and by height" fog fog_volumes --set light_transport=direct
+  twin "beams of the sun in a ruin" ruin ruin --camera nave --set fog_sun_rays=48
   twin "meshes: a bottle in red light" bottle nightclub --set light_transport=direct
   twin "meshes: two blocks under a square lamp" blocks cornell --set light_transport=direct
   twin "a level set, sphere.vdb, by triangles and by its field" sphere "$data/vdb/sphere.vdb" --set contours=field

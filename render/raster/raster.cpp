@@ -155,7 +155,8 @@ class Raster : public RasterBackend {
     } else if (shadows_changed_.any()) {
       shadow_store_ = 0;
     }
-    if (!smooth && (knobs.sun_shadow == SunShadow::ray || lighting.variant().fog_shafts) && sky.environment.sun_irradiance != world::Irradiance3{}) {
+    if (!smooth && (knobs.sun_shadow == SunShadow::ray || lighting.variant().fog_shafts) &&
+        sky.environment.sun_irradiance != world::Irradiance3{}) {
       const world::ParallelRays& to_sun = shadows_.parallel(sky.environment.sun_direction);
       TRY(const uint64_t more, rasterizer_->sun_heights().follow(rasterizer_->device(), to_sun));
       bytes += more;

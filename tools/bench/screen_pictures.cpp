@@ -47,6 +47,18 @@ render::Image supersampled(render::Backend& backend, const world::World& world, 
   return mean;
 }
 
+render::Image SettledView::draw() {
+  constexpr int kSettling = 24;  // pictures
+  render::Backend* const by = backend_();
+  if (!by) return {};
+  const auto picture = [&] { return by->render(world::WorldView(*world_), camera_, knobs_, width_, height_); };
+  for (int i = 0; i < kSettling && !settled_; ++i)
+    if (!picture().ok()) return {};
+  settled_ = true;
+  auto frame = picture();
+  return frame.ok() ? std::move(frame->image) : render::Image();
+}
+
 double relative_rms_of(const render::Image& image, const render::Image& reference) {
   if (image.pixels.size() != reference.pixels.size() || image.pixels.empty()) return std::nan("");
   double squares = 0, all = 0;

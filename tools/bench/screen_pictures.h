@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "render/backend.h"
 #include "tools/bench/benchmark.h"
@@ -34,6 +35,24 @@ class ScreenPictures {
   std::unique_ptr<render::Backend> backend_;
   render::Camera camera_;
   int width_ = 0, height_ = 0;
+};
+
+/// One picture again and again, of which parts are made over several pictures: they are before the first that counts.
+class SettledView {
+ public:
+  SettledView(std::shared_ptr<const world::World> world, const render::Camera& camera, const render::RenderKnobs& knobs,
+              int width, int height)
+      : world_(std::move(world)), camera_(camera), knobs_(knobs), width_(width), height_(height) {}
+  /// Empty where it fails.
+  render::Image draw();
+
+ private:
+  const std::function<render::Backend*()> backend_ = rasterizer_of_its_own();
+  const std::shared_ptr<const world::World> world_;
+  const render::Camera camera_;
+  const render::RenderKnobs knobs_;
+  const int width_, height_;
+  bool settled_ = false;
 };
 
 /// RMS difference of all bands over the RMS of the reference; NaN where their sizes differ.

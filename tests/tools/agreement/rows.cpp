@@ -604,7 +604,8 @@ constexpr Alone kAlone[] = {
     {"rasterizer", "triangles of a level set, by five methods; rays meet its field, or a plane a voxel",
      "contour_mesh contours=planes"},
     {"rasterizer",
-     "grids of heights for what is far, shadows of spots by depth maps, lists of the luminaires that reach a place, steps through density grids",
+     "grids of heights for what is far, shadows of spots by depth maps, lists of the luminaires that reach a place, "
+     "steps through density grids",
      "luminaire_shadow=map spot_map_texels luminaire_cutoff fog_steps heightfield_error_px"},
     {"rasterizer", "another point of each pixel in each picture", "anti_aliasing=temporal"},
     {"rasterizer", "the outline of a block, portals and mirrors by stencil", ""},
