@@ -9,14 +9,19 @@
  *         Advanced Warfare. 2014, "interleaved gradient noise" */
 #ifndef LOAM_RENDER_LIGHT_FOG_SHAFTS_SHARED_H
 #define LOAM_RENDER_LIGHT_FOG_SHAFTS_SHARED_H
-#include "world/base/shared.h"
+#include "world/media/medium.shared.h"
 
 SHARED_NAMESPACE(render)
+
+#ifdef __cplusplus
+using world::shared::log_one_plus, world::shared::opacity, world::shared::real;
+#endif
 
 SHARED_CONST float kFogShaftShare = 0.98f;
 SHARED_CONST float kFogShaftFarthest = 1e6f; /* m: what lies beyond is lit as there */
 SHARED_CONST int kFogShaftGridSteps = 4;     /* through a density grid, to find where pieces lie */
-SHARED_CONST int kFogShaftHalvings = 6; /* after steps that double, for the same: the end is known to 1 part in 64 */
+/* To find where they end: lengths that double from 1 m on, past the farthest, then halvings between the last two. */
+SHARED_CONST int kFogShaftDoublings = 20, kFogShaftHalvings = 6;
 
 /* Of each piece before its point, in [0, 1). */
 SHARED float fog_shaft_shift(float column, float row) {
@@ -25,10 +30,10 @@ SHARED float fog_shaft_shift(float column, float row) {
 
 /* Whether the pieces go to the end of the media, which saves the search for a nearer one: where light comes through all
  * of them, and they are about as dense in their first half as in the other. Depths: means of the bands. */
-SHARED bool fog_shafts_go_through(float first_half, float total) { return total < 4.0f && first_half < 0.75f * total; }
+SHARED bool fog_shafts_go_through(real first_half, real total) { return total < 4.0f && first_half < 0.75f * total; }
 
 /* The depth after which they end else; total: that of the whole ray. */
-SHARED float fog_shaft_depth(float total) { return -log(1.0f - kFogShaftShare * (1.0f - exp(-total))); }
+SHARED real fog_shaft_depth(real total) { return -log_one_plus(-kFogShaftShare * opacity(total)); }
 
 SHARED_NAMESPACE_END
 #endif

@@ -294,12 +294,13 @@ std::pair<double, double> fog_shaft_span(const std::vector<MediumStretch>& stret
   to = std::min(to, double{shared::kFogShaftFarthest});
   if (!(from < to)) return {from, to};
   const double total = mean_depth(stretches, direction, from, to);
-  if (shared::fog_shafts_go_through(static_cast<float>(mean_depth(stretches, direction, from, (from + to) / 2)),
-                                    static_cast<float>(total)))
-    return {from, to};
-  const double wanted = shared::fog_shaft_depth(static_cast<float>(total));
+  if (shared::fog_shafts_go_through(mean_depth(stretches, direction, from, (from + to) / 2), total)) return {from, to};
+  const double wanted = shared::fog_shaft_depth(total);
   double high = 1;
-  while (high < to - from && mean_depth(stretches, direction, from, from + high) < wanted) high *= 2;
+  for (int i = 0; i < shared::kFogShaftDoublings && high < to - from; ++i) {
+    if (!(mean_depth(stretches, direction, from, from + high) < wanted)) break;
+    high *= 2;
+  }
   double low = high / 2;
   for (int i = 0; i < shared::kFogShaftHalvings; ++i) {
     const double middle = (low + high) / 2;

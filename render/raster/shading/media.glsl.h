@@ -191,7 +191,10 @@ vec2 fog_shaft_span(ivec3 voxel, vec3 fraction, vec3 direction, float t_end) {
   if (fog_shafts_go_through(mean_depth(voxel, fraction, direction, all.x, all.x + 0.5 * most), total)) return all;
   const float wanted = fog_shaft_depth(total);
   float high = 1.0;
-  while (high < most && mean_depth(voxel, fraction, direction, all.x, all.x + high) < wanted) high *= 2.0;
+  for (int i = 0; i < kFogShaftDoublings && high < most; ++i) {
+    if (!(mean_depth(voxel, fraction, direction, all.x, all.x + high) < wanted)) break;
+    high *= 2.0;
+  }
   float low = 0.5 * high;
   for (int i = 0; i < kFogShaftHalvings; ++i) {
     const float middle = 0.5 * (low + high);

@@ -66,8 +66,8 @@ void add_subject_clouds(Registry& registry) {
                                                {64, 16}}) {
         render::RenderKnobs knobs;
         knobs.cloud_steps = steps, knobs.cloud_light_steps = light_steps;
-        Setting s{.method = fmt::format("{}, {} light", backend, light_steps),
-                  .setting = fmt::format("{}, {} light@{}", backend, light_steps, steps),
+        Setting s{.method = fmt::format("{} light {}", backend, light_steps),
+                  .setting = fmt::format("{} light {}@{}", backend, light_steps, steps),
                   .problem = backend};
         s.knob = steps;
         const render::RenderKnobs usual;
