@@ -527,7 +527,7 @@ std::vector<AgreementRow> rows() {
        .world = "rainstorm",
        .ticks = 200,
        .bound = {.share = 0.998, .elsewhere = 2e-3},
-       .rest = "not attributed yet"},
+       .rest = "what of floating bodies lies under water, which the rays' water hides"},
       {.effect = "smoke and sparks of a fire", .world = "burning_house", .ticks = 300},
 
       // Between radiance and the display.
