@@ -4,8 +4,10 @@
  * scatters towards the eye, the ray is cut into equal pieces; in each, one point stands for it: the sun lights all of
  * the piece as much as that point. Media are integrated over the pieces, so that where nothing hides the sun any number
  * of pieces is exact. The points of neighbouring pixels lie apart, or pieces would show as steps. Written once for C++
- * and GLSL. source  Balazs Toth, Tamas Umenhoffer. Real-time Volumetric Lighting in Participating Media. 2009 (rays
- * that are shifted from pixel to pixel); the shift: Jorge Jimenez. Next Generation Post Processing in Call of Duty:
+ * and GLSL.
+ *
+ * source  Balazs Toth, Tamas Umenhoffer. Real-time Volumetric Lighting in Participating Media. 2009 (rays that are
+ *         shifted from pixel to pixel); the shift: Jorge Jimenez. Next Generation Post Processing in Call of Duty:
  *         Advanced Warfare. 2014, "interleaved gradient noise" */
 #ifndef LOAM_RENDER_LIGHT_FOG_SHAFTS_SHARED_H
 #define LOAM_RENDER_LIGHT_FOG_SHAFTS_SHARED_H

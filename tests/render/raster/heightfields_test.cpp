@@ -8,6 +8,7 @@
 #include "render/raster/raster.h"
 #include "render/raster/rasterizer.h"
 #include "tests/render/raster/compare_pictures.h"
+#include "tests/render/raster/far_pictures.h"
 #include "tests/render/raster/small_worlds.h"
 
 namespace render {
@@ -58,44 +59,6 @@ Camera over_the_hills(Vec3d moved = {}, world::VoxelPos offset = {}) {
   return camera_at(offset, Vec3d(-330.3, 110.2, 3.4) + moved, {1, -0.2, 0.1});
 }
 
-bool has_row(const Frame& drawn) {
-  return std::any_of(drawn.report.passes.begin(), drawn.report.passes.end(),
-                     [](const PassReport& p) { return p.name == "heightfields"; });
-}
-
-/// Of the picture's pixels those for which no point of the exact picture, three times as large, within `radius` pixels
-/// has their colour.
-size_t misplaced(const Image& drawn, const Image& exact, double radius) {
-  const int reach = static_cast<int>(std::ceil(3 * radius));
-  size_t count = 0;
-  for (int y = 0; y < kHeight; ++y)
-    for (int x = 0; x < kWidth; ++x) {
-      bool found = false;
-      for (int dy = -reach; dy <= reach && !found; ++dy)
-        for (int dx = -reach; dx <= reach && !found; ++dx)
-          found = exact.at(std::clamp(3 * x + 1 + dx, 0, 3 * kWidth - 1),
-                           std::clamp(3 * y + 1 + dy, 0, 3 * kHeight - 1)) == drawn.at(x, y);
-      count += !found;
-    }
-  return count;
-}
-
-/// Pixels that show nothing where faces show ground all around.
-size_t holes(const world::World& w, const Image& drawn, const Image& faces, int reach) {
-  const auto nothing = [&](const Image& image, int x, int y) {
-    return image.at(std::clamp(x, 0, kWidth - 1), std::clamp(y, 0, kHeight - 1)) == w.environment.sky_ground;
-  };
-  size_t count = 0;
-  for (int y = 0; y < kHeight; ++y)
-    for (int x = 0; x < kWidth; ++x) {
-      bool ground = true;
-      for (int dx = -reach; dx <= reach; ++dx)
-        for (int dy = -reach; dy <= reach; ++dy) ground &= !nothing(faces, x + dx, y + dy);
-      count += ground && nothing(drawn, x, y);
-    }
-  return count;
-}
-
 TEST(Heightfields, ShowNothingFartherThanTheKnobFromTheFacesAndNoHole) {
   auto raster = make_raster({.validation = true}), exact = make_raster({.validation = true});
   ASSERT_TRUE(raster.ok() && exact.ok());
@@ -116,7 +79,7 @@ TEST(Heightfields, ShowNothingFartherThanTheKnobFromTheFacesAndNoHole) {
                   static_cast<unsigned long long>(work(drawn, "faces_in_heightfields")));
       EXPECT_GT(work(drawn, "heightfields"), 3u);
       EXPECT_LE(wrong, of_faces + drawn.image.pixels.size() / 1000);
-      EXPECT_EQ(holes(w, drawn.image, faces.image, static_cast<int>(std::ceil(2 * knob))), 0u);
+      EXPECT_EQ(holes(w.environment.sky_ground, drawn.image, faces.image, static_cast<int>(std::ceil(2 * knob))), 0u);
     }
   }
   EXPECT_EQ((*raster)->messages(), std::vector<std::string>{});
@@ -175,13 +138,13 @@ TEST(Heightfields, AreAbsentWhereTheKnobIsZeroAndGiveTheirMemoryBack) {
   for (int i = 0; i < 3; ++i) frame(**raster, w, camera, with_grids(0));
   const uint64_t without_grids = (*raster)->rasterizer().device().memory().bytes_used();
   const Frame with = settled_frame(**raster, w, camera, with_grids(2));
-  EXPECT_TRUE(has_row(with));
+  EXPECT_TRUE(has_row(with, "heightfields"));
   EXPECT_GT(work(with, "faces_in_heightfields"), 0u);
   EXPECT_LT(work(with, "heightfield_triangles"), work(with, "faces_in_heightfields"));
   EXPECT_GT((*raster)->rasterizer().device().memory().bytes_used(), without_grids);
   frame(**raster, w, camera, with_grids(0));
   const Frame without = frame(**raster, w, camera, with_grids(0));
-  EXPECT_FALSE(has_row(without));
+  EXPECT_FALSE(has_row(without, "heightfields"));
   for (const char* name : {"heightfields", "heightfield_triangles", "heightfields_made", "faces_in_heightfields"})
     EXPECT_EQ(work(without, name), 0u);
   EXPECT_TRUE(same(without.image, faces.image));

@@ -10,6 +10,7 @@
 #include "render/raster/raster.h"
 #include "render/raster/rasterizer.h"
 #include "tests/render/raster/compare_pictures.h"
+#include "tests/render/raster/far_pictures.h"
 #include "tests/render/raster/small_worlds.h"
 #include "world/base/random.h"
 
@@ -60,26 +61,6 @@ Frame settled_frame(Backend& backend, const world::World& w, const Camera& camer
 Camera over_the_hills(Vec3d moved = {}, world::VoxelPos offset = {}) {
   const Vec3d at = Vec3d(-200.3, 45.2, 3.4) + moved;
   return camera_at(offset, at, {1, -0.12, 0.1});
-}
-
-/// Of the picture's pixels those for which no point of the exact picture, three times as large, within `radius` pixels
-/// has their colour.
-size_t misplaced(const Image& drawn, const Image& exact, double radius) {
-  const int reach = static_cast<int>(std::ceil(3 * radius));
-  size_t count = 0;
-  for (int y = 0; y < kHeight; ++y)
-    for (int x = 0; x < kWidth; ++x) {
-      const Rgb own = drawn.at(x, y);
-      bool found = false;
-      for (int dy = -reach; dy <= reach && !found; ++dy)
-        for (int dx = -reach; dx <= reach && !found; ++dx) {
-          const int ex = std::clamp(3 * x + 1 + dx, 0, 3 * kWidth - 1),
-                    ey = std::clamp(3 * y + 1 + dy, 0, 3 * kHeight - 1);
-          found = exact.at(ex, ey) == own;
-        }
-      count += !found;
-    }
-  return count;
 }
 
 TEST(Impostors, ShowEveryPointAsNearToItsPlaceAsTheirBoundSays) {
@@ -160,17 +141,7 @@ TEST(Impostors, OfAMovingCameraStayWithinTheKnobAndShowNoHole) {
     made += work(drawn, "impostors_made");
     EXPECT_GT(work(drawn, "impostors"), 0u);
     const Image faces = frame(**exact, w, camera, with_impostors(0)).image;
-    const auto nothing = [&](const Image& image, int x, int y) {
-      return image.at(std::clamp(x, 0, kWidth - 1), std::clamp(y, 0, kHeight - 1)) == w.environment.sky_ground;
-    };
-    size_t holes = 0;
-    for (int y = 0; y < kHeight; ++y)
-      for (int x = 0; x < kWidth; ++x) {
-        bool ground = true;
-        for (int i = 0; i < 81; ++i) ground &= !nothing(faces, x + i % 9 - 4, y + i / 9 - 4);
-        holes += ground && nothing(drawn.image, x, y);
-      }
-    EXPECT_EQ(holes, 0u) << step;
+    EXPECT_EQ(holes(w.environment.sky_ground, drawn.image, faces, 4), 0u) << step;
     if (step % 8) continue;
     RenderKnobs coarse = with_impostors(0);
     coarse.lod_error_px *= 3;
@@ -238,10 +209,6 @@ TEST(Impostors, AreAbsentWhereTheKnobIsZeroAndKeepToTheirMemory) {
   ASSERT_TRUE(raster.ok() && fresh.ok());
   const world::World w = rough_hills();
   const Camera camera = over_the_hills();
-  const auto has_row = [](const Frame& drawn, const char* name) {
-    return std::any_of(drawn.report.passes.begin(), drawn.report.passes.end(),
-                       [&](const PassReport& p) { return p.name == name; });
-  };
   const Frame with = settled_frame(**raster, w, camera, with_impostors(2));
   EXPECT_TRUE(has_row(with, "impostors"));
   const Frame without = frame(**raster, w, camera, with_impostors(0));
