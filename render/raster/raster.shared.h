@@ -125,6 +125,8 @@ SHARED_CONST uint kSpecCloudSteps = 44;       // int, cloud_steps; 0: no clouds 
 SHARED_CONST uint kSpecCloudLightSteps = 45;  // int, cloud_light_steps
 SHARED_CONST uint kSpecCloudShadows = 46;     // bool: they dim the sun
 SHARED_CONST uint kSpecFogShafts = 47;        // bool: fog asks for the sun along rays: fog_sun_rays
+SHARED_CONST uint kSpecCoarseFaces = 48;      // bool: pixels may see faces of coarser levels, or stand-ins (kSeenPlaced)
+SHARED_CONST uint kSpecViewEnds = 49;         // bool: the view distance ends before the world does
 
 /// A record of SurfaceLightLeaf in words: 16 a direction of faces, 4 a direction of counts before slices, the first
 /// code.
@@ -159,8 +161,8 @@ struct PictureConstants {
   CloudLayer clouds;      // of kSpecCloudSteps and kSpecCloudShadows, relative to the camera's voxel
   ivec4 sun_cells;    // SunHeights: blocks along u (0: none), along v; main axis, +4 where rays go down it; k of the
                       // camera's voxel
-  ivec4 sun_base;     // cell of the corner of the camera's voxel: u, v
-  vec4 sun_slope;     // of u and v along the main axis; where in its cell the corner lies
+  ivec4 sun_base;     // cell of the corner of the camera's voxel: u, v; z: metres of a ray a slab, a float's bits
+  vec4 sun_u, sun_v;  // cells from there to a place, relative to the camera's voxel: dot(.xyz, place) + .w
   uvec4 meshes;       // of the triangles: nodes; where triangles, vertices and materials begin
   ivec4 mesh_base;    // the voxel that boxes are relative to; w: the largest coordinate of one, a float's bits
   uvec4 voxel_light;  // of triangles: slots of the table less 1; the code of voxels that aren't kept
@@ -231,7 +233,7 @@ SHARED_CONST uint kQuadVectors = 9u;
 SHARED_CONST uint kNoQuad = 0xffffffffu;
 
 #ifdef __cplusplus
-static_assert(sizeof(PictureConstants) == (13 + 14 + 3 + 7 + 2 + 19 + 7) * 16);
+static_assert(sizeof(PictureConstants) == (13 + 14 + 3 + 7 + 2 + 19 + 8) * 16);
 }  // namespace render::raster
 #endif
 #endif

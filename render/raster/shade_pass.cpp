@@ -6,6 +6,9 @@
 #include "shade.comp.spv.h"
 #include "shade.frag.spv.h"
 #include "whole.vert.spv.h"
+#include "render/raster/billboards.h"
+#include "render/raster/heightfields.h"
+#include "render/raster/impostors.h"
 #include "render/raster/stencil.h"
 #include "render/raster/transparency.shared.h"
 
@@ -15,6 +18,9 @@ namespace {
 
 /// Groups along x, y and z, how many pixels are put off, and how many cast a ray to the sun.
 constexpr uint32_t kDispatchWords = 5;
+
+/// From here on a view distance takes nothing of a picture, m.
+constexpr float kNoViewEnd = 1e9f;
 
 constexpr Access kFragmentReadWrite{VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_READ_BIT |
                                                                                  VK_ACCESS_2_SHADER_SAMPLED_READ_BIT |
@@ -58,6 +64,9 @@ std::vector<Constant> shading_constants(const Drawing& drawing) {
           {kSpecCloudSteps, static_cast<uint32_t>(drawing.sky.clouds.steps)},
           {kSpecCloudLightSteps, static_cast<uint32_t>(drawing.sky.clouds.light_steps)},
           {kSpecCloudShadows, drawing.sky.clouds.shadows},
+          {kSpecCoarseFaces, drawing.faces.size() > 1 || Impostors::called_for(drawing) ||
+                                 Billboards::called_for(drawing) || Heightfields::called_for(drawing)},
+          {kSpecViewEnds, knobs.view_distance < kNoViewEnd},
           {kSpecMeshes, !drawing.triangles.empty()},
           {kSpecLiquidLevels, drawing.liquid_levels},
           {kSpecTrianglesAlone, drawing.triangles_alone}};

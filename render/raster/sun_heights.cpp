@@ -1,6 +1,7 @@
 #include "render/raster/sun_heights.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 
@@ -80,7 +81,7 @@ world::Result<uint64_t> SunHeights::follow(gpu::Device& device, const world::Par
 
 void SunHeights::describe(const Camera& camera, PictureConstants& picture) const {
   picture.sun_cells = picture.sun_base = ivec4(0);
-  picture.sun_slope = vec4(0);
+  picture.sun_u = picture.sun_v = vec4(0);
   if (!frame_) return;
   const world::ParallelRays::Frame& f = *frame_;
   const world::VoxelPos voxel = camera.position.voxel;
@@ -95,9 +96,17 @@ void SunHeights::describe(const Camera& camera, PictureConstants& picture) const
   if (std::abs(static_cast<double>(k)) > kMost || std::abs(base[0]) > kMost || std::abs(base[1]) > kMost) return;
   const double whole[2] = {std::floor(base[0]), std::floor(base[1])};
   picture.sun_cells = ivec4(f.blocks[0], f.blocks[1], main | (f.down ? 4 : 0), static_cast<int>(k));
-  picture.sun_base = ivec4(static_cast<int>(whole[0]), static_cast<int>(whole[1]), 0, 0);
-  picture.sun_slope = vec4(static_cast<float>(f.slope[0]), static_cast<float>(f.slope[1]),
-                           static_cast<float>(base[0] - whole[0]), static_cast<float>(base[1] - whole[1]));
+  // Along the main axis, by which u and v move, a ray of the map counts from the side that it comes from.
+  picture.sun_base = ivec4(static_cast<int>(whole[0]), static_cast<int>(whole[1]),
+                           std::bit_cast<int>(static_cast<float>(1 / std::abs(f.direction[main]))), 0);
+  const auto cells = [&](int i) {
+    const double slope = f.slope[i];
+    glm::dvec4 row(0, 0, 0, base[i] - whole[i] - (f.down ? slope : 0));
+    row[f.axis[1 + i]] = 1;
+    row[main] = f.down ? slope : -slope;
+    return vec4(row);
+  };
+  picture.sun_u = cells(0), picture.sun_v = cells(1);
 }
 
 }  // namespace render::raster

@@ -58,13 +58,11 @@ SHARED uint texture_tile(int x, int y, int z, uint face) {
   return (texture_hash(place) >> 7) % kTextureTiles;
 }
 
-/* What falls between two points of a pixel's neighbours, in metres on the face's plane: from the pixel's ray, and the
- * rays beside it, through the plane that lies at `hit`. Bounded, since neighbours may miss the plane. */
+/* From what a pixel sees at `hit` to what the next one does, in metres on the face's plane: the derivative of where its
+ * ray meets it, so that one division serves both sides of a pixel. */
 SHARED vec3 texture_step(vec3 hit, vec3 ray, vec3 to_next, int axis) {
-  vec3 next = ray + to_next;
-  float t = hit[axis] / ray[axis], along = hit[axis] / next[axis];
-  if (!(along > 0.0f && along < 64.0f * t)) along = 64.0f * t;
-  return along * next - hit;
+  float inverse = 1.0f / ray[axis];
+  return hit[axis] * inverse * (to_next - to_next[axis] * inverse * ray);
 }
 
 #ifdef __cplusplus

@@ -36,33 +36,42 @@ ivec3 clear_box(ivec3 voxel, int region) {
 }
 bool is_clear(ivec3 voxel) { return clear_box(voxel, find_region(voxel >> 7)).x != 0; }
 
+/// A ray through the grid: each crossing is worked out from its integer plane, relative to the start.
+struct GridRay {
+  ivec3 start;
+  vec3 fraction, direction, inverse;
+  bvec3 up, still;
+};
+/// Leaves the aligned box around a voxel by the nearest of its planes ahead, for the voxel beyond; where that is.
+float leave_box(const GridRay ray, inout ivec3 voxel, const ivec3 size) {
+  const ivec3 low = voxel & -size;
+  const ivec3 planes = low + mix(ivec3(0), size, ray.up);
+  vec3 t = (vec3(planes - ray.start) - ray.fraction) * ray.inverse;
+  t = mix(t, vec3(1e30), ray.still);
+  const int axis = t.x <= t.y ? (t.x <= t.z ? 0 : 2) : (t.y <= t.z ? 1 : 2);
+  voxel = clamp(ray.start + ivec3(floor(ray.fraction + t[axis] * ray.direction)), low, low + (size - 1));
+  voxel[axis] = ray.up[axis] ? planes[axis] : planes[axis] - 1;
+  return t[axis];
+}
+
 /// Whether nothing opaque lies along a direction up to t_max from a point of a voxel; start_is_clear: it is known that
-/// nothing opaque is there, as before a face, which saves a look. Distances are relative to the start, and each
-/// crossing is worked out from its integer plane; the start is the voxel in front of a face, so no bias is needed.
+/// nothing opaque is there, as before a face, which saves a look. The start is the voxel in front of a face, so no bias
+/// is needed. Regions have a loop of their own: to look one up costs more than the rest of a step, and software would do
+/// so at each.
 bool clear_between(const ivec3 start, const vec3 fraction, const vec3 direction, float t_max, bool start_is_clear) {
-  const bvec3 up = greaterThanEqual(direction, vec3(0));
-  const vec3 inverse = 1.0 / direction;
-  ivec3 voxel = start, region = voxel >> 7;
-  int place = find_region(region);
-  ivec3 size = start_is_clear ? ivec3(1) : clear_box(voxel, place);
-  for (int steps = 0; steps < (1 << 24); ++steps) {
-    if (size.x == 0) return false;
-    // Leave the clear box by the nearest of its planes ahead.
-    const ivec3 low = voxel & -size;
-    const ivec3 planes = low + mix(ivec3(0), size, up);
-    vec3 t = (vec3(planes - start) - fraction) * inverse;
-    t = mix(t, vec3(1e30), equal(direction, vec3(0)));
-    const int axis = t.x <= t.y ? (t.x <= t.z ? 0 : 2) : (t.y <= t.z ? 1 : 2);
-    if (!(t[axis] < t_max)) return true;
-    voxel = clamp(start + ivec3(floor(fraction + t[axis] * direction)), low, low + (size - 1));
-    voxel[axis] = up[axis] ? planes[axis] : planes[axis] - 1;
-    if (voxel >> 7 != region) {
-      region = voxel >> 7;
-      if (any(lessThan(region, picture.region_min.xyz)) || any(greaterThan(region, picture.region_max.xyz)))
-        return true;
-      place = find_region(region);
+  const GridRay ray = GridRay(start, fraction, direction, 1.0 / direction, greaterThanEqual(direction, vec3(0)),
+                              equal(direction, vec3(0)));
+  ivec3 voxel = start;
+  if (start_is_clear && !(leave_box(ray, voxel, ivec3(1)) < t_max)) return true;
+  for (int steps = 0; steps < (1 << 24);) {
+    const ivec3 region = voxel >> 7;
+    if (any(lessThan(region, picture.region_min.xyz)) || any(greaterThan(region, picture.region_max.xyz))) return true;
+    const int place = find_region(region);
+    for (; steps < (1 << 24) && voxel >> 7 == region; ++steps) {
+      const ivec3 size = clear_box(voxel, place);
+      if (size.x == 0) return false;
+      if (!(leave_box(ray, voxel, size) < t_max)) return true;
     }
-    size = clear_box(voxel, place);
   }
   return true;
 }
@@ -76,11 +85,9 @@ int sun_look(const ivec3 start, const vec3 fraction, out float t_max) {
   const ivec3 from = start - picture.camera_voxel.xyz;
   const vec3 at = vec3(from) + fraction;
   const int from_main = axis == 0 ? from.x : axis == 1 ? from.y : from.z;
-  const float at_main = axis == 0 ? at.x : axis == 1 ? at.y : at.z;
-  const vec2 across = axis == 0 ? at.yz : axis == 1 ? at.xz : at.xy;
-  const float along = down ? 1.0 - at_main : at_main;
   const int k = picture.sun_cells.w + (down ? -from_main : from_main);
-  const ivec2 cell = ivec2(floor(across + picture.sun_slope.zw - picture.sun_slope.xy * along)) + picture.sun_base.xy;
+  const vec2 across = vec2(dot(picture.sun_u.xyz, at) + picture.sun_u.w, dot(picture.sun_v.xyz, at) + picture.sun_v.w);
+  const ivec2 cell = ivec2(floor(across)) + picture.sun_base.xy;
   const ivec2 block = cell >> 6;
   uint says = 0u;
   if (all(greaterThanEqual(block, ivec2(0))) && all(lessThan(block, picture.sun_cells.xy)))
@@ -94,8 +101,7 @@ int sun_look(const ivec3 start, const vec3 fraction, out float t_max) {
   if (max(k, 0) < shut) return 0;
   // Behind the last slab in which anything is set the ray is free.
   const float main = axis == 0 ? fraction.x : axis == 1 ? fraction.y : fraction.z;
-  const float slope = axis == 0 ? picture.sun.x : axis == 1 ? picture.sun.y : picture.sun.z;
-  t_max = (float(end - k) - (down ? 1.0 - main : main)) / abs(slope);
+  t_max = (float(end - k) - (down ? 1.0 - main : main)) * intBitsToFloat(picture.sun_base.z);
   return -1;
 }
 

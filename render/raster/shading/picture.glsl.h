@@ -7,6 +7,8 @@ layout(constant_id = kSpecSunShadow) const uint kSunShadow = 0u;
 layout(constant_id = kSpecLight) const uint kLight = 0u;
 layout(constant_id = kSpecInterpolation) const uint kInterpolation = 0u;
 layout(constant_id = kSpecLiquidLevels) const bool kLiquidLevels = false;
+layout(constant_id = kSpecCoarseFaces) const bool kCoarseFaces = true;
+layout(constant_id = kSpecViewEnds) const bool kViewEnds = true;
 layout(constant_id = kSpecCornerOcclusion) const bool kCornerOcclusion = false;
 
 #if defined(PICTURE_FROM_VERTICES) || defined(PICTURE_READ_FIRST)
@@ -18,24 +20,28 @@ layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
 layout(binding = kBindMaterials) uniform usamplerBuffer materials;
 layout(binding = kBindFaceLit) uniform samplerBuffer face_lit;
 
-/// Of a ray with the plane of the face of a cube that a pixel sees; INFINITY and NaN where they are parallel.
-float plane_t(uint axis, int plane, vec3 ray) {
-  const vec3 offsets = float(plane) - picture.fraction.xyz - picture.fraction_rest.xyz;
-  return axis == 0u ? offsets.x / ray.x : axis == 1u ? offsets.y / ray.y : offsets.z / ray.z;
-}
-/// The same of a liquid's top, `level` sixteenths high in its voxel below the plane; 0: it is on the plane.
+// Software runs both sides of a branch that isn't constant, for all pixels: what a picture has no use for is left out
+// by a constant, and what both sides need is done once.
+
+/// Of a ray with the plane of a face of a cube that a pixel sees; INFINITY and NaN where they are parallel. level: of a
+/// liquid's top, in sixteenths high in its voxel below the plane; 0: it is on the plane.
 float level_plane_t(uint axis, int plane, uint level, vec3 ray) {
-  if (!kLiquidLevels || level == 0u) return plane_t(axis, plane, ray);
-  return (float(plane) - (1.0 - float(level) / 16.0) - picture.fraction.y - picture.fraction_rest.y) / ray.y;
+  const vec3 whole = picture.fraction.xyz, rest = picture.fraction_rest.xyz;
+  float offset = float(plane);
+  if (kLiquidLevels) offset -= level == 0u ? 0.0 : 1.0 - float(level) / 16.0;
+  offset -= axis == 0u ? whole.x : axis == 1u ? whole.y : whole.z;
+  offset -= axis == 0u ? rest.x : axis == 1u ? rest.y : rest.z;
+  return offset / (axis == 0u ? ray.x : axis == 1u ? ray.y : ray.z);
 }
+float plane_t(uint axis, int plane, vec3 ray) { return level_plane_t(axis, plane, 0u, ray); }
 float seen_cube_t(uvec2 seen, vec3 ray) {
-  if ((seen.x & kSeenPlaced) != 0u) return uintBitsToFloat(seen.y);
-  return level_plane_t(seen_face(seen.x) >> 1, int(seen.y), seen.x >> kSeenLiquidShift & 15u, ray);
+  const float t = level_plane_t(seen_face(seen.x) >> 1, int(seen.y), seen.x >> kSeenLiquidShift & 15u, ray);
+  return kCoarseFaces && (seen.x & kSeenPlaced) != 0u ? uintBitsToFloat(seen.y) : t;
 }
 /// Of the face, relative to the camera's voxel. hit: relative to the camera.
 int seen_plane(uvec2 seen, vec3 hit) {
   const uint axis = seen_face(seen.x) >> 1;
-  return (seen.x & kSeenPlaced) != 0u ? int(round(hit[axis] + picture.fraction[axis])) : int(seen.y);
+  return kCoarseFaces && (seen.x & kSeenPlaced) != 0u ? int(round(hit[axis] + picture.fraction[axis])) : int(seen.y);
 }
 
 /// Of a block.

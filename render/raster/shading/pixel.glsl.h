@@ -19,7 +19,8 @@ vec3 pixel_middle_ray(uvec2 pixel) {
 FacePoint seen_face_point(uvec2 seen, vec3 hit, vec3 direction) {
   FacePoint point =
       face_point(seen_block(seen.x), seen_face(seen.x), hit + picture.fraction.xyz, seen_plane(seen, hit), -direction);
-  if (seen_level(seen.x) != 0u || (seen.x & kSeenPlaced) != 0u) lift_point(point, 1 << int(seen_level(seen.x)));
+  if (kCoarseFaces && (seen_level(seen.x) != 0u || (seen.x & kSeenPlaced) != 0u))
+    lift_point(point, 1 << int(seen_level(seen.x)));
   return point;
 }
 
@@ -31,22 +32,23 @@ vec3 pixel_radiance(uvec2 pixel, uvec2 seen) {
   if (kFogShafts) fog_shift = fog_shaft_shift(float(pixel.x), float(pixel.y));
   vec3 colour = vec3(0.0);
   float distance = kMediumFar;  // to what is seen, m
+  const float view_end = picture.sun.w * inverse_length;
   if (kShapes && (seen.x & kSeenShape) != 0u) {
     const float t = shape_distance(seen, ray);
-    if (t <= picture.sun.w * inverse_length) {
+    if (!kViewEnds || t <= view_end) {
       distance = t / inverse_length;
       colour = shape_radiance(seen, ray, t);
     }
   } else if (kMeshPixels && (seen.x & kSeenNoFace) == kSeenMesh) {
     const float t = uintBitsToFloat(seen.y);
-    if (t <= picture.sun.w * inverse_length) {
+    if (!kViewEnds || t <= view_end) {
       distance = t / inverse_length;
       colour = mesh_radiance(seen, ray, t);
     }
   } else if (kShadedPart == kShadedSurfaces || (kShadedPart == kShadedAll && seen.x != 0u)) {
     const int axis = int(seen_face(seen.x) >> 1);
-    const float t = seen_cube_t(seen, ray);
-    if (t <= picture.sun.w * inverse_length) {
+    const float t = min(seen_cube_t(seen, ray), 1e9);  // also where a plane that a ray runs along was seen
+    if (!kViewEnds || t <= view_end) {
       distance = t / inverse_length;
       FacePoint point = seen_face_point(seen, t * ray, direction);
       if (kTextures != kTextureOff) {
@@ -63,8 +65,9 @@ vec3 pixel_radiance(uvec2 pixel, uvec2 seen) {
       colour = met.radiance;
     }
   }
-  if (distance == kMediumFar) colour = seen_far(picture.fraction.xyz, direction);
-  if (picture.eye_absorption.w != 0.0) colour *= attenuation(picture.eye_absorption.rgb, distance);
+  if ((kViewEnds || kShadedPart != kShadedSurfaces) && distance == kMediumFar)
+    colour = seen_far(picture.fraction.xyz, direction);
+  if (kBsdf && picture.eye_absorption.w != 0.0) colour *= attenuation(picture.eye_absorption.rgb, distance);
   if (kMedia) {
     const FogView fog = fog_along(picture.camera_voxel.xyz, picture.fraction.xyz, direction, distance);
     colour = fog.value * colour + fog.added;

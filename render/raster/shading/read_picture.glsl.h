@@ -28,8 +28,8 @@ layout(location = 10) FLAT_PICTURE ivec4 flat_region_min;
 layout(location = 11) FLAT_PICTURE ivec4 flat_region_max;
 layout(location = 12) FLAT_PICTURE ivec4 flat_sun_cells;
 layout(location = 13) FLAT_PICTURE ivec4 flat_sun_base;
-layout(location = 14) FLAT_PICTURE vec4 flat_sun_slope;
-layout(location = 15) FLAT_PICTURE vec4 flat_eye_absorption;
+layout(location = 14) FLAT_PICTURE vec4 flat_sun_u;
+layout(location = 15) FLAT_PICTURE vec4 flat_sun_v;
 layout(location = 16) FLAT_PICTURE vec4 flat_screen;
 #endif
 
@@ -49,8 +49,8 @@ void write_picture() {
   flat_region_max = picture_arrays.region_max;
   flat_sun_cells = picture_arrays.sun_cells;
   flat_sun_base = picture_arrays.sun_base;
-  flat_sun_slope = picture_arrays.sun_slope;
-  flat_eye_absorption = picture_arrays.eye_absorption;
+  flat_sun_u = picture_arrays.sun_u;
+  flat_sun_v = picture_arrays.sun_v;
   flat_screen = picture_arrays.screen;
 }
 #else
@@ -90,7 +90,8 @@ void read_picture() {
   picture.clouds = picture_arrays.clouds;
   picture.sun_cells = picture_arrays.sun_cells;
   picture.sun_base = picture_arrays.sun_base;
-  picture.sun_slope = picture_arrays.sun_slope;
+  picture.sun_u = picture_arrays.sun_u;
+  picture.sun_v = picture_arrays.sun_v;
   picture.meshes = picture_arrays.meshes;
   picture.mesh_base = picture_arrays.mesh_base;
   picture.voxel_light = picture_arrays.voxel_light;
@@ -110,8 +111,8 @@ void read_picture() {
   picture.region_max = flat_region_max;
   picture.sun_cells = flat_sun_cells;
   picture.sun_base = flat_sun_base;
-  picture.sun_slope = flat_sun_slope;
-  picture.eye_absorption = flat_eye_absorption;
+  picture.sun_u = flat_sun_u;
+  picture.sun_v = flat_sun_v;
   picture.screen = flat_screen;
 #endif
 }
