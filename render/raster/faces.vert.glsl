@@ -12,11 +12,10 @@ layout(binding = kBindFaces) uniform usamplerBuffer faces;
 layout(binding = kBindChunks) uniform isamplerBuffer chunks;
 
 #include "render/raster/face_vertex.glsl.h"
-#define RAY_TO_FRAGMENTS
-#include "render/raster/fragment_ray.glsl.h"
+#define EDGES_TO_FRAGMENTS
+#include "render/raster/rectangle_edges.glsl.h"
 
-layout(location = 0) flat out uvec4 seen;      // as seen_image; the chunk's detail; offset of the plane, a float's bits
-layout(location = 1) flat out vec4 rectangle;  // low u, low v, high u, high v, relative to the camera
+layout(location = 0) flat out uvec3 seen;  // as seen_image; the chunk's detail
 
 /// With exact edges a face narrower than this on the screen, px, is one triangle that holds it, and the other has no
 /// area: setting a triangle up costs more than the pixels that this one asks beside the face. 4 and 16 gain as much. A
@@ -32,7 +31,6 @@ bool small_on_screen(float offset, vec2 low, vec2 high) {
 }
 
 void main() {
-  write_ray();
   const uvec2 record = texelFetch(faces, gl_VertexIndex >> 2).xy;
   const int face = int(face_direction(record.y));
   const int axis = face >> 1;
@@ -44,9 +42,9 @@ void main() {
   const uint upper = kLiquidLevels ? opaque_part_upper(record.y) : 0u, liquid = face == 3 ? upper : 0u;
   const float drop = kLiquidLevels ? level_drop(liquid) : 0.0;
   const float offset = float(plane) - drop - picture.fraction[axis] - picture.fraction_rest[axis];
-  seen = uvec4(face_block(record.y) | uint(face) << kSeenFaceShift | uint(level) << kSeenLevelShift |
+  seen = uvec3(face_block(record.y) | uint(face) << kSeenFaceShift | uint(level) << kSeenLevelShift |
                    liquid << kSeenLiquidShift,
-               uint(plane), uint(chunk.w), floatBitsToUint(offset));
+               uint(plane), uint(chunk.w));
 
   // From integers, so that the common edge of two faces has the same bits in both.
   const vec2 fraction = vec2(picture.fraction[u], picture.fraction[v]);
@@ -55,7 +53,9 @@ void main() {
                    voxel[v] + (int(face_height(record.x)) << level)) - fraction;
   if (kLiquidLevels && face_is_part(record.x))
     face_extent(record.x, record.y, upper, voxel[u], voxel[v], fraction, low, high);
-  rectangle = vec4(low, high);
+  const vec2 rest = vec2(picture.fraction_rest[u], picture.fraction_rest[v]);
+  low -= rest, high -= rest;
+  if (kExactEdges) write_edges(axis, u, v, offset, vec4(low, high));
 
   // A face that looks away shrinks to a point.
   if ((face & 1) == 1 ? offset >= 0.0 : offset <= 0.0) {

@@ -3,7 +3,7 @@
 // Adds an interface to the list of its pixel. The first takes the pixel's own node, so that most pixels ask for no number
 // that all share.
 #include "render/raster/raster.shared.h"
-#include "render/raster/rectangle_test.glsl.h"
+#include "render/raster/rectangle_edges.glsl.h"
 #include "render/raster/transparency.shared.h"
 
 layout(early_fragment_tests) in;
@@ -18,16 +18,13 @@ layout(binding = kBindLayerTileListed, std430) buffer TileListed { uint tile_lis
 layout(binding = kBindLayerTiles, std430) writeonly buffer Tiles { uint tiles[]; };
 layout(binding = kBindLayerDispatch, std430) buffer Dispatch { uint tile_count, one_y, one_z; };
 
-#include "render/raster/fragment_ray.glsl.h"
-
-layout(location = 0) flat in uvec3 seen;
-layout(location = 1) flat in vec4 rectangle;
+layout(location = 0) flat in uvec2 seen;
 layout(location = 0) out uvec2 own_node;
 
 void main() {
-  if (kExactEdges && !meets_rectangle(seen.x >> 14u & 3u, uintBitsToFloat(seen.z), rectangle, fragment_ray())) discard;
+  if (kExactEdges && !within_edges()) discard;
   const ivec2 pixel = ivec2(gl_FragCoord.xy);
-  own_node = seen.xy;
+  own_node = seen;
   if (imageAtomicCompSwap(heads, pixel, 0u, kOwnNode) == 0u) {
     if (kListedTiles) {
       const int tile = tile_place(pixel.x >> 3, pixel.y >> 3, layers.eye.w);
@@ -39,6 +36,6 @@ void main() {
   const uint node = atomicAdd(count, 1u);
   // Beyond those that fit it is only counted: the next try has room.
   if (node < uint(layers.eye.y))
-    nodes[node].xyz = uvec3(imageAtomicExchange(heads, pixel, node + kFirstNode), seen.xy);
+    nodes[node].xyz = uvec3(imageAtomicExchange(heads, pixel, node + kFirstNode), seen);
   discard;
 }

@@ -3,13 +3,12 @@
 // One of the two passes of section 14.10.3 over an interface: what it and the run of the block beyond let through, by
 // which both targets are multiplied; or what it shows, which is added to the first.
 #include "render/raster/block_grid.glsl.h"
-#include "render/raster/rectangle_test.glsl.h"
+#include "render/raster/rectangle_edges.glsl.h"
 
 layout(early_fragment_tests) in;
 layout(constant_id = kSpecExactEdges) const bool kExactEdges = true;
 layout(constant_id = kSpecAddsShown) const bool kAddsShown = false;
-layout(location = 0) flat in uvec3 seen;
-layout(location = 1) flat in vec4 rectangle;
+layout(location = 0) flat in uvec2 seen;
 layout(location = 0) out vec4 shown_out;
 layout(location = 1) out vec4 passed_out;
 
@@ -17,8 +16,7 @@ void main() {
   if (kFogShafts) fog_shift = fog_shaft_shift(floor(gl_FragCoord.x), floor(gl_FragCoord.y));
   const vec3 ray = pixel_ray(gl_FragCoord.xy);
   const Interface i = interface_of(seen.x, int(seen.y), ray);
-  const uint axis = i.face >> 1u;
-  if (kExactEdges && !meets_rectangle(axis, uintBitsToFloat(seen.z), rectangle, ray)) discard;
+  if (kExactEdges && !within_edges()) discard;
   const float inverse_length = inversesqrt(dot(ray, ray));
   if (i.t > picture.sun.w * inverse_length) discard;
   const vec3 direction = ray * inverse_length;

@@ -13,14 +13,12 @@ layout(binding = kBindLayerSorted, std430) readonly buffer Sorted { uvec4 sorted
 layout(binding = kBindLayerChunks, std430) readonly buffer Chunks { ivec4 chunks[]; };
 
 #include "render/raster/face_vertex.glsl.h"
-#define RAY_TO_FRAGMENTS
-#include "render/raster/fragment_ray.glsl.h"
+#define EDGES_TO_FRAGMENTS
+#include "render/raster/rectangle_edges.glsl.h"
 
-layout(location = 0) flat out uvec3 seen;      // packed interface, plane, its offset from the camera as a float's bits
-layout(location = 1) flat out vec4 rectangle;  // low u, low v, high u, high v, relative to the camera
+layout(location = 0) flat out uvec2 seen;  // packed interface, plane
 
 void main() {
-  write_ray();
   const uint index = uint(gl_VertexIndex) >> 2;
   const uvec2 record = kSortedRecords ? sorted[index].xy : faces[index];
   const uint chunk = kSortedRecords ? sorted[index].z : uint(gl_InstanceIndex);
@@ -31,14 +29,16 @@ void main() {
   const int plane = voxel[axis] + (face & 1);
   const uint upper = see_through_part_upper(record.y), level = face == 3 ? upper : 0u;
   const float offset = float(plane) - level_drop(level) - picture.fraction[axis] - picture.fraction_rest[axis];
-  seen = uvec3(packed_interface(see_through_kind(record.y), uint(face), see_through_beyond(record.y), level),
-               uint(plane), floatBitsToUint(offset));
+  seen = uvec2(packed_interface(see_through_kind(record.y), uint(face), see_through_beyond(record.y), level),
+               uint(plane));
 
   // From integers, so that the common edge of two faces has the same bits in both.
   const vec2 fraction = vec2(picture.fraction[u], picture.fraction[v]);
   vec2 low, high;
   face_extent(record.x, record.y, upper, voxel[u], voxel[v], fraction, low, high);
-  rectangle = vec4(low, high);
+  const vec2 rest = vec2(picture.fraction_rest[u], picture.fraction_rest[v]);
+  low -= rest, high -= rest;
+  if (kExactEdges) write_edges(axis, u, v, offset, vec4(low, high));
 
   const bool high_u = (gl_VertexIndex & 1) != 0, high_v = (gl_VertexIndex & 2) != 0;
   gl_Position = placed_corner(axis, u, v, offset, low, high, high_u, high_v);

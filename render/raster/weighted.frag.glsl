@@ -4,13 +4,12 @@
 // each block's absorption along the ray as (entry less exit) times its coefficient, its index of refraction likewise. What layers show is weighted by
 // depth, as though the nearest hid the others by that.
 // source  Morgan McGuire, Louis Bavoil. Weighted Blended Order-Independent Transparency. 2013, equation 9
-#include "render/raster/rectangle_test.glsl.h"
+#include "render/raster/rectangle_edges.glsl.h"
 #include "render/raster/transparency.glsl.h"
 
 layout(early_fragment_tests) in;
 layout(constant_id = kSpecExactEdges) const bool kExactEdges = true;
-layout(location = 0) flat in uvec3 seen;
-layout(location = 1) flat in vec4 rectangle;
+layout(location = 0) flat in uvec2 seen;
 layout(location = 0) out vec4 shown_out;
 layout(location = 1) out vec4 depth_out;
 layout(location = 2) out vec4 rest_out;
@@ -19,8 +18,7 @@ void main() {
   if (kFogShafts) fog_shift = fog_shaft_shift(floor(gl_FragCoord.x), floor(gl_FragCoord.y));
   const vec3 ray = pixel_ray(gl_FragCoord.xy);
   const Interface i = interface_of(seen.x, int(seen.y), ray);
-  const uint axis = i.face >> 1u;
-  if (kExactEdges && !meets_rectangle(axis, uintBitsToFloat(seen.z), rectangle, ray)) discard;
+  if (kExactEdges && !within_edges()) discard;
   const float inverse_length = inversesqrt(dot(ray, ray)), t = i.t * dot(ray, ray) * inverse_length;
   if (t > picture.sun.w) discard;
   const vec3 direction = ray * inverse_length;
