@@ -16,6 +16,7 @@ layout(binding = kBindLayerOwnNodes) uniform utexture2D own_nodes;
 layout(constant_id = kSpecListedTiles) const bool kListedTiles = false;
 layout(binding = kBindLayerTileListed, std430) writeonly buffer TileListed { uint tile_listed[]; };
 layout(binding = kBindLayerTiles) uniform usamplerBuffer tiles;
+layout(push_constant) uniform Slice { uint first_group; };  // of the listed tiles
 
 /// A share of the picture below which a mirrored ray is not worth its cost.
 const float kLeastMirrored = 0.004;
@@ -47,7 +48,7 @@ void main() {
   read_picture();
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
   if (kListedTiles) {
-    const uint place = texelFetch(tiles, int(gl_WorkGroupID.x)).r;
+    const uint place = texelFetch(tiles, int(first_group + gl_WorkGroupID.x)).r;
     const ivec2 tile = ivec2(place & 0xffffu, place >> 16);
     pixel = 8 * tile + ivec2(gl_LocalInvocationID.xy);
     if (gl_LocalInvocationIndex == 0u) tile_listed[tile_place(tile.x, tile.y, layers.eye.w)] = 0u;

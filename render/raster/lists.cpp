@@ -21,7 +21,6 @@ namespace {
 
 constexpr VkFormat kOwnFormat = VK_FORMAT_R32G32_UINT;
 constexpr uint32_t kNodeBytes = 16;
-constexpr uint32_t kNoTiles[] = {0, 1, 1};  // of a dispatch
 
 class ListOrder : public LayerOrder {
  public:
@@ -45,9 +44,6 @@ class ListOrder : public LayerOrder {
         gpu::make_texel_buffer(context.device, tile_bytes, VK_FORMAT_R32_UINT, kStorage, gpu::MemoryUse::device));
     TRY(tile_listed_, gpu::make_buffer(context.device, tile_bytes, kStorage | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
                                        gpu::MemoryUse::device));
-    TRY(dispatch_, gpu::make_buffer(context.device, sizeof kNoTiles,
-                                    kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
-                                    gpu::MemoryUse::device));
     cleared_ = false;
     most_ = std::min(limits.maxStorageBufferRange / kNodeBytes, limits.maxTexelBufferElements);
     wanted_ = std::clamp(extent.width * extent.height / 4, 4096u, most_);
@@ -97,7 +93,9 @@ class ListOrder : public LayerOrder {
     context.bindings.bind(kBindLayerOwnNodes, own_);
     context.bindings.bind(kBindLayerTiles, tiles_);
     context.bindings.bind(kBindLayerTileListed, tile_listed_);
-    context.bindings.bind(kBindLayerDispatch, dispatch_);
+    TRY_STATUS(dispatch_.prepare(context.device, context.slices, resolve_.handle,
+                                 listed_ ? tiles_.size / sizeof(uint32_t) : 0));
+    context.bindings.bind(kBindLayerDispatch, dispatch_.arguments());
     return {};
   }
 
@@ -112,7 +110,7 @@ class ListOrder : public LayerOrder {
       cleared_ = true;  // from here on the compute pass clears what it has read
     }
     vkCmdFillBuffer(commands, count_.handle, 0, sizeof(uint32_t), 0);
-    vkCmdUpdateBuffer(commands, dispatch_.handle, 0, sizeof kNoTiles, kNoTiles);
+    dispatch_.clear(commands);
     memory_barrier(commands, kClearWrite | kComputeReadWrite, kFragmentReadWrite | kColourReadWrite);
     begin_rendering(commands, context.targets, {own_.view.address(), 1}, context.targets.depth.view, false);
     draws.record(commands, context, list_);
@@ -123,12 +121,13 @@ class ListOrder : public LayerOrder {
     if (copies_) copy_behind(commands, context.targets);
     context.bindings.use(commands, resolve_);
     if (listed_)
-      vkCmdDispatchIndirect(commands, dispatch_.handle, 0);
+      dispatch_.record(commands, context.slices, [&](uint32_t first_group) { resolve_.push(commands, first_group); });
     else
-      dispatch_pixels(commands, context.targets.extent());
+      dispatch_pixels(commands, context, resolve_, context.targets.extent());
   }
 
-  world::Status finish(PassContext&, FrameReport& report) override {
+  world::Status finish(PassContext& context, FrameReport& report) override {
+    if (listed_) dispatch_.finish(context.slices, dispatch_.head().listed);
     const uint32_t asked = *reinterpret_cast<const uint32_t*>(count_.mapped());
     row_of(report, "transparency_resolve").bytes = uint64_t{asked} * kNodeBytes;
     again_ = asked > wanted_ && wanted_ < most_;
@@ -182,7 +181,8 @@ class ListOrder : public LayerOrder {
   Pipeline list_, resolve_;
   std::vector<Constant> made_for_;
   gpu::DeviceImage heads_, own_, behind_;
-  gpu::Buffer nodes_, count_, tiles_, tile_listed_, dispatch_, mirrored_;
+  gpu::Buffer nodes_, count_, tiles_, tile_listed_, mirrored_;
+  gpu::ListDispatch dispatch_;      // over tiles_
   uint32_t wanted_ = 0, most_ = 0;  // nodes
   bool again_ = false, copies_ = false;
   bool can_list_ = false;

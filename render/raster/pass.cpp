@@ -31,6 +31,7 @@ world::Status Timestamps::open(gpu::Device& device) {
 
 void Timestamps::begin(VkCommandBuffer commands) {
   names_.clear();
+  slices_.begin_picture();
   vkCmdResetQueryPool(commands, pool_, 0, kMost);
 }
 
@@ -38,6 +39,7 @@ void Timestamps::mark(VkCommandBuffer commands, const char* name) {
   CHECK_LT(names_.size(), size_t{kMost - 1});
   vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, pool_, static_cast<uint32_t>(names_.size()));
   names_.push_back(name);
+  slices_.begin_row();
 }
 
 void Timestamps::end(VkCommandBuffer commands) {
@@ -50,8 +52,12 @@ world::Status Timestamps::report(FrameReport& report) const {
   VK_CHECK(vkGetQueryPoolResults(device_->handle(), pool_, 0, count, count * sizeof ticks[0], ticks, sizeof ticks[0],
                                  VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
   const double tick_ms = device_->limits().timestampPeriod * 1e-6;
-  for (size_t i = 0; i < names_.size(); ++i)
-    report.passes.push_back({names_[i], static_cast<double>(ticks[i + 1] - ticks[i]) * tick_ms, 0, 0});
+  std::vector<double> ms;
+  for (size_t i = 0; i < names_.size(); ++i) {
+    ms.push_back(static_cast<double>(ticks[i + 1] - ticks[i]) * tick_ms);
+    report.passes.push_back({names_[i], ms[i], 0, 0});
+  }
+  slices_.end_picture(ms);
   return {};
 }
 
@@ -59,6 +65,11 @@ PassReport& row_of(FrameReport& report, std::string_view name) {
   const auto row = std::find_if(report.passes.begin(), report.passes.end(), [&](auto& p) { return p.name == name; });
   CHECK(row != report.passes.end());
   return *row;
+}
+
+void dispatch_pixels(VkCommandBuffer commands, PassContext& context, const Pipeline& pipeline, VkExtent2D pixels) {
+  context.slices.dispatch(commands, pipeline.handle, (pixels.width + kShadeGroup - 1) / kShadeGroup,
+                          (pixels.height + kShadeGroup - 1) / kShadeGroup);
 }
 
 void begin_rendering(VkCommandBuffer commands, const Targets& targets, std::span<const VkImageView> colour,

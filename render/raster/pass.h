@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "render/backend.h"
+#include "render/gpu/time_slices.h"
 #include "render/light/surface_light.h"
 #include "render/raster/barriers.h"
 #include "render/raster/bindings.h"
@@ -99,9 +100,11 @@ inline vec4 to_vec4(const Rgb& c, float w = 0) { return vec4(c.r, c.g, c.b, w); 
 void set_view(PictureConstants& constants, const Camera& camera, const PixelRays& rays, double near, int width,
               int height);
 
-/// Times of a picture: a mark starts a row of the report, which ends at the next mark.
+/// Times of a picture: a mark starts a row of the report, which ends at the next mark. They say how what is in a row is
+/// cut the next time.
 class Timestamps {
  public:
+  explicit Timestamps(gpu::TimeSlices& slices) : slices_(slices) {}
   world::Status open(gpu::Device& device);
   void begin(VkCommandBuffer commands);
   void mark(VkCommandBuffer commands, const char* name);
@@ -111,6 +114,7 @@ class Timestamps {
 
  private:
   static constexpr uint32_t kMost = 64;
+  gpu::TimeSlices& slices_;
   gpu::Device* device_ = nullptr;
   gpu::Owned<VkQueryPool> pool_;
   std::vector<const char*> names_;
@@ -121,6 +125,7 @@ struct PassContext {
   Bindings& bindings;
   Targets& targets;
   Timestamps& times;
+  gpu::TimeSlices& slices;
 
   /// gpu::fill(), gpu::fill_texels()
   world::Status fill(gpu::Buffer& buffer, const void* data, size_t bytes, VkBufferUsageFlags usage,
@@ -164,6 +169,9 @@ struct PassKind {
 };
 /// In the order in which they are recorded.
 std::span<const PassKind> pass_kinds();
+
+/// A dispatch over pixels, in groups of kShadeGroup x kShadeGroup. The pipeline is bound.
+void dispatch_pixels(VkCommandBuffer commands, PassContext& context, const Pipeline& pipeline, VkExtent2D pixels);
 
 /// Sets viewport and scissor to the whole of the targets and begins rendering into `colour` views and depth (or null),
 /// loading what they hold, or clearing it to 0.

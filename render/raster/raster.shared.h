@@ -41,7 +41,7 @@ SHARED_CONST uint kBindShapeLit =
     21;  // vec4 texels: two by `lit` of a quad: radiance of albedo 1 under the sky, in the sun
 SHARED_CONST uint kBindSunHeights = 22;        // uint texels: sun_heights.h
 SHARED_CONST uint kBindPutOff = 23;            // uint[]   pixels that shading puts off
-SHARED_CONST uint kBindPutOffDispatch = 24;    // uint[5]  the dispatch over them; how many; rays to the sun
+SHARED_CONST uint kBindPutOffDispatch = 24;    // uint[]   the dispatches over them: ListHead, slices
 SHARED_CONST uint kBindMeshes = 25;            // uvec4 texels: triangles.h, see below
 SHARED_CONST uint kBindSkyTable = 26;          // vec4 texels: irradiance by normal, of a sky of a time of day
 SHARED_CONST uint kBindImpostorRows = 27;      // uvec2[]  first and last row of each strip that is made

@@ -84,6 +84,8 @@ class Rasterizer {
   /// What of the last picture is not as the knobs ask, since the device can't; empty: nothing.
   const std::string& warning() const { return warning_; }
 
+  /// Into how many pieces passes over the picture are cut.
+  gpu::TimeSlices& slices() { return slices_; }
   gpu::Device& device() { return *device_; }
   FacePool& pool() { return *levels_[0]; }
 
@@ -95,7 +97,7 @@ class Rasterizer {
   };
   Rasterizer() = default;
   world::Status open(const gpu::DeviceOptions& options);
-  PassContext context() { return {*device_, bindings_, targets_, times_}; }
+  PassContext context() { return {*device_, bindings_, targets_, times_, slices_}; }
   world::Status fit_targets(int width, int height, const TargetNeeds& needs, VkFormat depth);
   VkFormat depth_format(DepthFormat asked);
   world::Status fill_textures(const TextureSet& textures);
@@ -131,7 +133,8 @@ class Rasterizer {
   gpu::Buffer picture_, face_lit_, colour_copy_;
   std::string warning_;
   Bindings bindings_;
-  Timestamps times_;
+  gpu::TimeSlices slices_;
+  Timestamps times_{slices_};
   std::vector<Stage> stages_;
   DeviceEffects effects_;
   bool finishes_ = false;  // the picture at hand has effects or several samples

@@ -10,7 +10,10 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = kSpecToImage) const bool kToImage = false;
 layout(constant_id = kSpecPutOff) const bool kPutOff = false;
 layout(constant_id = kSpecCountsRays) const bool kCountsRays = false;
-layout(push_constant) uniform Band { uint first_row, rows; };  // of this dispatch; `radiance` starts at them
+layout(push_constant) uniform Band {
+  uint first_row, rows;  // where all pixels are shaded: of the buffer that is bound
+  uint first_group;      // of the list
+};
 layout(binding = kBindRadiance, std430) writeonly buffer Radiance { float radiance[]; };
 layout(binding = kBindColour, rgba32f) writeonly uniform image2D colour_image;
 
@@ -19,15 +22,15 @@ void main() {
   const uint width = uint(picture.screen.x);
   uvec2 of_band = gl_GlobalInvocationID.xy;
   if (kPutOff) {
-    const uint place = gl_WorkGroupID.x * kShadeGroup * kShadeGroup + gl_LocalInvocationIndex;
-    if (place >= put_off_count) return;
+    const uint place = (first_group + gl_WorkGroupID.x) * kShadeGroup * kShadeGroup + gl_LocalInvocationIndex;
+    if (place >= put_off_list.listed) return;
     const uint at = put_off[place];
     of_band = uvec2(at % width, at / width);
   }
   if (of_band.x >= width || of_band.y >= rows) return;
   const uvec2 pixel = of_band + uvec2(0, first_row);
   const vec3 colour = pixel_radiance(pixel, texelFetch(seen_image, ivec2(pixel), 0).xy);
-  if (kCountsRays && sun_ray_cast) atomicAdd(sun_ray_count, 1u);
+  if (kCountsRays && sun_ray_cast) atomicAdd(put_off_list.counted, 1u);
   if (kToImage) {
     imageStore(colour_image, ivec2(pixel), vec4(colour, 1));
     return;

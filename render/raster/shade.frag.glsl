@@ -20,6 +20,6 @@ void main() {
   const bool later = kSeenPutOff != 0u && (kind & kSeenPutOff) != 0u;
   colour_out = vec4(pixel_radiance(pixel, later ? uvec2(0) : seen), 1);
   const uint place = pixel.y * uint(picture.screen.x) + pixel.x;
-  if (kCountsRays && sun_ray_cast) atomicAdd(sun_ray_count, 1u);
+  if (kCountsRays && sun_ray_cast) atomicAdd(put_off_list.counted, 1u);
   if (later) put_pixel_off(place);
 }

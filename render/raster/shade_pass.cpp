@@ -16,9 +16,6 @@ namespace render::raster {
 
 namespace {
 
-/// Groups along x, y and z, how many pixels are put off, and how many cast a ray to the sun.
-constexpr uint32_t kDispatchWords = 5;
-
 /// From here on a view distance takes nothing of a picture, m.
 constexpr float kNoViewEnd = 1e9f;
 
@@ -36,6 +33,9 @@ bool shapes_are_few(const Drawing& drawing) {
   };
   return records(drawing.shapes) < records(*drawing.faces[0]) / 4;
 }
+
+/// Of a list of pixels.
+uint64_t groups_of(uint64_t pixels) { return (pixels + kShadeGroup * kShadeGroup - 1) / (kShadeGroup * kShadeGroup); }
 
 }  // namespace
 
@@ -75,23 +75,6 @@ std::vector<Constant> shading_constants(const Drawing& drawing) {
 PassKind ShadePass::kind() {
   return {"shade", [](const Drawing&, TargetNeeds&) { return true; },
           []() -> std::unique_ptr<Pass> { return std::make_unique<ShadePass>(); }};
-}
-
-world::Status ShadePass::PixelList::fit(PassContext& context, uint64_t most) {
-  TRY_STATUS(context.fill(pixels, nullptr, most * sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                          gpu::MemoryUse::device));
-  return context.fill(
-      dispatch, nullptr, kDispatchWords * sizeof(uint32_t),
-      VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
-      gpu::MemoryUse::readback);
-}
-
-uint32_t ShadePass::PixelList::count() const {
-  return reinterpret_cast<const uint32_t*>(dispatch.mapped())[kDispatchWords - 2];
-}
-
-uint32_t ShadePass::PixelList::sun_rays() const {
-  return reinterpret_cast<const uint32_t*>(dispatch.mapped())[kDispatchWords - 1];
 }
 
 world::Status ShadePass::prepare(PassContext& context, const Drawing& drawing, FrameReport&) {
@@ -166,9 +149,14 @@ world::Status ShadePass::prepare(PassContext& context, const Drawing& drawing, F
     TRY(put_off_pipeline_, compute(true));
   }
   const VkExtent2D extent = context.targets.extent();
-  TRY_STATUS(put_off_.fit(context, put_off_pipeline_ ? uint64_t{extent.width} * extent.height : 0));
-  context.bindings.bind(kBindPutOff, put_off_.pixels);
-  context.bindings.bind(kBindPutOffDispatch, put_off_.dispatch);
+  const uint64_t most = put_off_pipeline_ ? uint64_t{extent.width} * extent.height : 0;
+  TRY_STATUS(context.fill(put_off_, nullptr, most * sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                          gpu::MemoryUse::device));
+  TRY_STATUS(put_off_dispatch_.prepare(context.device, context.slices,
+                                       put_off_pipeline_ ? VkPipeline{put_off_pipeline_->handle} : VK_NULL_HANDLE,
+                                       groups_of(most)));
+  context.bindings.bind(kBindPutOff, put_off_);
+  context.bindings.bind(kBindPutOffDispatch, put_off_dispatch_.arguments());
   std::vector<uvec4> materials;
   materials.reserve(drawing.shading.materials.size() * 2);
   for (size_t id = 0; id < drawing.shading.materials.size(); ++id) {
@@ -202,12 +190,11 @@ void ShadePass::record(VkCommandBuffer commands, PassContext& context, const Dra
       begin_rendering(commands, targets, {&colour, 1}, targets.depth.view, false);
     for (const Pipeline* part : {sky_, surfaces_}) {
       context.bindings.use(commands, *part);
-      vkCmdDraw(commands, 3, 1, 0, 0);
+      context.slices.draw(commands, part->handle, targets.extent());
     }
     vkCmdEndRendering(commands);
     image_barrier(commands, targets.colour.handle, VK_IMAGE_ASPECT_COLOR_BIT, kColourReadWrite, kComputeReadWrite);
-    const uint32_t band[] = {0, height};
-    record_put_off(commands, context, band);
+    record_put_off(commands, context);
     return;
   }
   const uint64_t row_bytes = sizeof(Rgb) * uint64_t{width};
@@ -216,7 +203,7 @@ void ShadePass::record(VkCommandBuffer commands, PassContext& context, const Dra
     context.bindings.bind(kBindRadiance, targets.radiance, first * row_bytes, rows * row_bytes);
     context.bindings.use(commands, *bands_);
     bands_->push(commands, band);
-    vkCmdDispatch(commands, (width + kShadeGroup - 1) / kShadeGroup, (rows + kShadeGroup - 1) / kShadeGroup, 1);
+    dispatch_pixels(commands, context, *bands_, {width, rows});
   }
   if (counts_rays_) memory_barrier(commands, kComputeWrite, kHostRead);
 }
@@ -224,26 +211,30 @@ void ShadePass::record(VkCommandBuffer commands, PassContext& context, const Dra
 void ShadePass::begin_put_off(VkCommandBuffer commands) {
   if (!put_off_pipeline_ && !counts_rays_) return;
   memory_barrier(commands, kComputeReadWrite | kIndirectRead, kClearWrite);
-  const uint32_t none[kDispatchWords] = {0, 1, 1, 0, 0};
-  vkCmdUpdateBuffer(commands, put_off_.dispatch.handle, 0, sizeof none, none);
+  put_off_dispatch_.clear(commands);
   memory_barrier(commands, kClearWrite, kComputeReadWrite | kFragmentReadWrite);
 }
 
-void ShadePass::record_put_off(VkCommandBuffer commands, PassContext& context, const uint32_t (&band)[2]) {
+void ShadePass::record_put_off(VkCommandBuffer commands, PassContext& context) {
   if (counts_rays_) memory_barrier(commands, kFragmentReadWrite, kHostRead);
   if (!put_off_pipeline_) return;
   memory_barrier(commands, kComputeWrite | kFragmentReadWrite, kComputeReadWrite | kIndirectRead);
   context.times.mark(commands, "shade_put_off");
   context.bindings.use(commands, *put_off_pipeline_);
-  put_off_pipeline_->push(commands, band);
-  vkCmdDispatchIndirect(commands, put_off_.dispatch.handle, 0);
+  put_off_dispatch_.record(commands, context.slices, [&](uint32_t first_group) {
+    const uint32_t band[] = {0, context.targets.extent().height, first_group};
+    put_off_pipeline_->push(commands, band);
+  });
 }
 
 world::Status ShadePass::finish(PassContext& context, FrameReport& report) {
   const VkExtent2D extent = context.targets.extent();
   row_of(report, "shade").bytes = uint64_t{extent.width} * extent.height * sizeof(Rgb);
-  if (counts_rays_) report.work.push_back({"sun_rays", put_off_.sun_rays()});
-  if (put_off_pipeline_) report.work.push_back({"pixels_put_off", put_off_.count()});
+  const shared::ListHead& counted = put_off_dispatch_.head();
+  if (counts_rays_) report.work.push_back({"sun_rays", counted.counted});
+  if (!put_off_pipeline_) return {};
+  put_off_dispatch_.finish(context.slices, groups_of(counted.listed));
+  report.work.push_back({"pixels_put_off", counted.listed});
   return {};
 }
 

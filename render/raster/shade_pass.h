@@ -22,22 +22,15 @@ class ShadePass : public Pass {
   world::Status finish(PassContext& context, FrameReport& report) override;
 
  private:
-  /// Pixels for a dispatch over them alone: shading/put_off.glsl.h.
-  struct PixelList {
-    gpu::Buffer pixels, dispatch;
-    world::Status fit(PassContext& context, uint64_t most);
-    uint32_t count() const;
-    uint32_t sun_rays() const;
-  };
   void begin_put_off(VkCommandBuffer commands);
-  void record_put_off(VkCommandBuffer commands, PassContext& context, const uint32_t (&band)[2]);
+  void record_put_off(VkCommandBuffer commands, PassContext& context);
 
   std::map<std::vector<Constant>, Pipeline> pipelines_;
   // Of the picture: bands, or sky and surfaces; null where nothing is put off.
   const Pipeline *bands_ = nullptr, *sky_ = nullptr, *surfaces_ = nullptr, *put_off_pipeline_ = nullptr;
   bool counts_rays_ = false, in_stencil_ = false;  // in_stencil_: only where a mirror is
-  PixelList put_off_;
-  gpu::Buffer materials_;
+  gpu::Buffer put_off_, materials_;                // put_off_: shading/put_off.glsl.h
+  gpu::ListDispatch put_off_dispatch_;
 };
 
 }  // namespace render::raster

@@ -68,15 +68,13 @@ void TemporalPass::record(VkCommandBuffer commands, PassContext& context, const 
                                     row(moved, 0)};
   context.bindings.use(commands, pipeline_);
   pipeline_.push(commands, constants);
-  vkCmdDispatch(commands, (targets.extent().width + kShadeGroup - 1) / kShadeGroup,
-                (targets.extent().height + kShadeGroup - 1) / kShadeGroup, 1);
+  dispatch_pixels(commands, context, pipeline_, targets.extent());
   // The radiance is read and written: what all pixels read is history and the image before, so a copy comes last.
   memory_barrier(commands, kComputeWrite, kComputeReadWrite);
   TemporalConstants copies = constants;
   copies.then_forward.w = -1;
   pipeline_.push(commands, copies);
-  vkCmdDispatch(commands, (targets.extent().width + kShadeGroup - 1) / kShadeGroup,
-                (targets.extent().height + kShadeGroup - 1) / kShadeGroup, 1);
+  dispatch_pixels(commands, context, pipeline_, targets.extent());
 }
 
 world::Status TemporalPass::finish(PassContext& context, FrameReport& report) {

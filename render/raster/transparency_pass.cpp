@@ -28,10 +28,6 @@ void begin_clearing_colour(VkCommandBuffer commands, const Targets& targets, std
   vkCmdClearAttachments(commands, static_cast<uint32_t>(clears.size()), clears.data(), 1, &whole);
 }
 
-void dispatch_pixels(VkCommandBuffer commands, VkExtent2D extent) {
-  vkCmdDispatch(commands, (extent.width + 7) / 8, (extent.height + 7) / 8, 1);
-}
-
 void LayerDraws::record(VkCommandBuffer commands, PassContext& context, const Pipeline& pipeline) const {
   vkCmdBindIndexBuffer(commands, indices->handle, 0, VK_INDEX_TYPE_UINT32);
   for (uint32_t page = 0; page < pool->pages(); ++page) {

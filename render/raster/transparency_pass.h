@@ -56,8 +56,6 @@ std::vector<Constant> layer_constants(const Drawing& drawing, const LayerDraws& 
 /// begin_rendering() into cleared colours, with the depth that is there.
 void begin_clearing_colour(VkCommandBuffer commands, const Targets& targets, std::span<const VkImageView> colour,
                            VkImageView depth);
-/// Of a pass over all pixels in squares of 8 x 8.
-void dispatch_pixels(VkCommandBuffer commands, VkExtent2D extent);
 
 class TransparencyPass : public Pass {
  public:

@@ -1,18 +1,21 @@
-// The list of pixels, y * width + x, that are shaded by a dispatch over them alone: groups of 64, and how many pixels.
-// Beside it, for tests: how many pixels cast a ray to the sun.
+// The list of pixels, y * width + x, that are shaded by dispatches over them alone, in groups of 64. Counted beside
+// them, for tests: pixels that cast a ray to the sun.
 #ifndef LOAM_RENDER_RASTER_SHADING_PUT_OFF_GLSL_H
 #define LOAM_RENDER_RASTER_SHADING_PUT_OFF_GLSL_H
+#include "render/gpu/time_slices.shared.h"
 #include "render/raster/raster.shared.h"
 
 layout(binding = kBindPutOff, std430) buffer PutOff { uint put_off[]; };
 layout(binding = kBindPutOffDispatch, std430) buffer PutOffDispatch {
-  uint put_off_groups, one_y, one_z, put_off_count, sun_ray_count;
+  ListHead put_off_list;
+  uint put_off_slices[];
 };
 
 void put_pixel_off(uint place) {
-  const uint at = atomicAdd(put_off_count, 1u);
+  const uint at = atomicAdd(put_off_list.listed, 1u), group = at / (kShadeGroup * kShadeGroup);
   put_off[at] = place;
-  if (at % (kShadeGroup * kShadeGroup) == 0u) atomicAdd(put_off_groups, 1u);
+  if (at % (kShadeGroup * kShadeGroup) == 0u)
+    atomicAdd(put_off_slices[kSliceWords * (group / put_off_list.slice_groups)], 1u);
 }
 
 #endif
