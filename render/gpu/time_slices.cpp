@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/gpu/barrier.h"
+
 namespace render::gpu {
 
 namespace {
@@ -98,10 +100,11 @@ world::Status ListDispatch::prepare(Device& device, const TimeSlices& slices, Vk
   use_.of_slice = std::min<uint64_t>(use_.of_slice, device.limits().maxComputeWorkGroupCount[0]);
   use_.slices = std::max<uint64_t>(divided_up(groups, use_.of_slice), 1);
   const size_t bytes = sizeof(shared::ListHead) + use_.slices * shared::kSliceWords * sizeof(uint32_t);
-  return fill(
-      device, arguments_, nullptr, bytes,
-      VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
-      MemoryUse::readback);
+  TRY_STATUS(fill(device, arguments_, nullptr, bytes,
+                  VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT |
+                      VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+                  MemoryUse::device));
+  return fill(device, head_, nullptr, sizeof(shared::ListHead), VK_BUFFER_USAGE_TRANSFER_DST_BIT, MemoryUse::readback);
 }
 
 void ListDispatch::clear(VkCommandBuffer commands) const {
@@ -119,6 +122,18 @@ void ListDispatch::record(VkCommandBuffer commands, TimeSlices& slices,
   }
   slices.uses_.push_back(use_);
   slices.uses_.back().row = slices.rows_;
+  read_head(commands);
+}
+
+void ListDispatch::read_head(VkCommandBuffer commands) const {
+  memory_barrier(commands,
+                 {VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT | VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+                  VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT},
+                 {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT});
+  const VkBufferCopy all{0, 0, sizeof(shared::ListHead)};
+  vkCmdCopyBuffer(commands, arguments_.handle, head_.handle, 1, &all);
+  memory_barrier(commands, {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT},
+                 {VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT});
 }
 
 void ListDispatch::finish(TimeSlices& slices, uint64_t groups) const {

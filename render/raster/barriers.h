@@ -5,7 +5,7 @@
 
 namespace render::raster {
 
-using gpu::Access;
+using gpu::Access, gpu::memory_barrier;
 
 constexpr Access kNothing{VK_PIPELINE_STAGE_2_NONE, 0};
 constexpr Access kComputeRead{VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
@@ -29,8 +29,6 @@ constexpr Access kCopyRead{VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_RE
 constexpr Access kCopyWrite{VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT};
 constexpr Access operator|(Access a, Access b) { return {a.stages | b.stages, a.access | b.access}; }
 
-/// All buffers.
-void memory_barrier(VkCommandBuffer commands, Access from, Access to);
 void image_barrier(VkCommandBuffer commands, VkImage image, VkImageAspectFlags aspect, Access from, Access to);
 /// Before the first use in a picture: what the image held is lost.
 void image_discard(VkCommandBuffer commands, VkImage image, VkImageAspectFlags aspect, Access from, Access to);

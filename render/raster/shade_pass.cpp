@@ -205,7 +205,7 @@ void ShadePass::record(VkCommandBuffer commands, PassContext& context, const Dra
     bands_->push(commands, band);
     dispatch_pixels(commands, context, *bands_, {width, rows});
   }
-  if (counts_rays_) memory_barrier(commands, kComputeWrite, kHostRead);
+  if (counts_rays_) put_off_dispatch_.read_head(commands);
 }
 
 void ShadePass::begin_put_off(VkCommandBuffer commands) {
@@ -216,8 +216,10 @@ void ShadePass::begin_put_off(VkCommandBuffer commands) {
 }
 
 void ShadePass::record_put_off(VkCommandBuffer commands, PassContext& context) {
-  if (counts_rays_) memory_barrier(commands, kFragmentReadWrite, kHostRead);
-  if (!put_off_pipeline_) return;
+  if (!put_off_pipeline_) {
+    if (counts_rays_) put_off_dispatch_.read_head(commands);
+    return;
+  }
   memory_barrier(commands, kComputeWrite | kFragmentReadWrite, kComputeReadWrite | kIndirectRead);
   context.times.mark(commands, "shade_put_off");
   context.bindings.use(commands, *put_off_pipeline_);
