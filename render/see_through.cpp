@@ -73,6 +73,10 @@ std::vector<uint8_t> hiding_cubes(const world::BlockPalette& palette, const SeeT
   return hides;
 }
 
+bool tints_sun(const RenderKnobs& knobs) {
+  return knobs.tinted_shadows && (knobs.sun_shadow == SunShadow::ray || knobs.sun_shadow == SunShadow::map);
+}
+
 bool holds_not_opaque(const world::WorldView& view) {
   for (const auto& [id, count] : view.store().census())
     if (id != world::kAir && !view.palette()[id].opaque) return true;

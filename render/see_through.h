@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "render/knobs.h"
 #include "render/see_through.shared.h"
 #include "world/blocks/block.h"
 #include "world/proxies/proxy.h"
@@ -48,6 +49,8 @@ class SeeThroughKinds {
 /// in no mask of opaque ones.
 std::vector<uint8_t> hiding_cubes(const world::BlockPalette& palette, const SeeThroughKinds& kinds,
                                   const world::BlockShapes* drawn);
+/// Whether what isn't opaque takes its part of the sun's light.
+bool tints_sun(const RenderKnobs& knobs);
 /// Whether the world holds anything but air that isn't opaque.
 bool holds_not_opaque(const world::WorldView& view);
 

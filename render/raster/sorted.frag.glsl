@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_samplerless_texture_functions : require
 // One of the two passes of section 14.10.3 over an interface: what it and the run of the block beyond let through, by
 // which both targets are multiplied; or what it shows, which is added to the first.
 #include "render/raster/block_grid.glsl.h"
@@ -8,6 +9,7 @@
 layout(early_fragment_tests) in;
 layout(constant_id = kSpecExactEdges) const bool kExactEdges = true;
 layout(constant_id = kSpecAddsShown) const bool kAddsShown = false;
+layout(binding = kBindSeen) uniform utexture2D seen_image;
 layout(location = 0) flat in uvec2 seen;
 layout(location = 0) out vec4 shown_out;
 layout(location = 1) out vec4 passed_out;
@@ -29,7 +31,8 @@ void main() {
     passed *= absorbed_along(absorption, run_length(at.front, at.fraction, direction, i.far));
   }
   if (kAddsShown) {
-    vec3 shown = shown_radiance(i, shares, passed, ray, direction);
+    const uvec2 behind = texelFetch(seen_image, ivec2(gl_FragCoord.xy), 0).xy;
+    vec3 shown = shown_radiance(i, shares, passed, ray, direction, behind);
     // Nearer interfaces scale what lies behind them; what this one mirrors or shows is radiance as the eye sees it.
     shown *= radiance_scale(layer_block(i.near).absorption.w, layer_block(layers.eye.x).absorption.w);
     shown_out = vec4(shown, 0);

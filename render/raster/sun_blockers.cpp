@@ -16,8 +16,7 @@ void SunBlockers::clear() {
 world::Result<uint64_t> SunBlockers::follow(gpu::Device& device, const world::WorldView& view,
                                             const ShapeExtractor& shapes, std::span<const world::LeafPos> dirty,
                                             const RenderKnobs& knobs) {
-  const bool asked = knobs.tinted_shadows && (knobs.sun_shadow == SunShadow::ray || knobs.sun_shadow == SunShadow::map);
-  if (!asked || view.environment().sun_irradiance == world::Irradiance3{}) {
+  if (!tints_sun(knobs) || view.environment().sun_irradiance == world::Irradiance3{}) {
     clear();
     return uint64_t{0};
   }

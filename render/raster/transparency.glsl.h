@@ -106,15 +106,19 @@ vec3 matte_radiance(Interface i, vec3 ray, vec3 direction) {
   return face_radiance(p);
 }
 
-/// Of the media from the eye on, t metres far.
-FogView fog_before(vec3 direction, float t) {
-  return fog_along(picture.camera_voxel.xyz, picture.fraction.xyz, direction, min(t, kMediumFar));
+/// m to where the ray of a pixel that sees this ends in fog.
+float fog_end(uvec2 seen, vec3 ray) {
+  const float t = seen_t(seen, ray), inverse_length = inversesqrt(dot(ray, ray));
+  return t <= picture.sun.w * inverse_length ? t / inverse_length : kMediumFar;
+}
+FogWalk begin_pixel_fog(uvec2 seen, vec3 ray, vec3 direction) {
+  return begin_fog(picture.camera_voxel.xyz, picture.fraction.xyz, direction, kFogShafts ? fog_end(seen, ray) : 0.0);
 }
 
 /// What it mirrors of the sky, scatters and emits: radiance beside it, before what lies nearer scales it. Media take
 /// their share of it and, of the light that they add to what lies behind, leave what they add before it; `passed`: of
-/// what lies behind, by what follows.
-vec3 shown_radiance(Interface i, InterfaceShares shares, vec3 passed, vec3 ray, vec3 direction) {
+/// what lies behind, by what follows; `seen`: what that is.
+vec3 shown_radiance(Interface i, InterfaceShares shares, vec3 passed, vec3 ray, vec3 direction, uvec2 seen) {
   vec3 shown = vec3(0);
   if (shares.mirrored != vec3(0))
     shown = shares.mirrored * mirrored_sky(i.t * ray + picture.fraction.xyz, mirrored_direction(i, direction));
@@ -123,8 +127,9 @@ vec3 shown_radiance(Interface i, InterfaceShares shares, vec3 passed, vec3 ray, 
   else if (i.outside)
     shown += layer_block(i.owner).emitted.xyz;
   if (kMedia) {
-    const FogView fog = fog_before(direction, i.t * length(ray));
-    shown = fog.value * shown + fog.added * (vec3(1) - passed);
+    FogWalk fog = begin_pixel_fog(seen, ray, direction);
+    follow_fog(fog, i.t * length(ray));
+    shown = fog.view.value * shown + fog.view.added * (vec3(1) - passed);
   }
   return shown;
 }

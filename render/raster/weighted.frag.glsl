@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_samplerless_texture_functions : require
 // Adds an interface to sums that need no order. What passes all layers is exact: a product, summed as logarithms, with
 // each block's absorption along the ray as (entry less exit) times its coefficient, its index of refraction likewise. What layers show is weighted by
 // depth, as though the nearest hid the others by that.
@@ -9,6 +10,7 @@
 
 layout(early_fragment_tests) in;
 layout(constant_id = kSpecExactEdges) const bool kExactEdges = true;
+layout(binding = kBindSeen) uniform utexture2D seen_image;
 layout(location = 0) flat in uvec2 seen;
 layout(location = 0) out vec4 shown_out;
 layout(location = 1) out vec4 depth_out;
@@ -23,7 +25,8 @@ void main() {
   if (t > picture.sun.w) discard;
   const vec3 direction = ray * inverse_length;
   const InterfaceShares shares = shares_of(i, direction);
-  const vec3 shown = shown_radiance(i, shares, shares.passed, ray, direction);
+  const uvec2 behind = texelFetch(seen_image, ivec2(gl_FragCoord.xy), 0).xy;
+  const vec3 shown = shown_radiance(i, shares, shares.passed, ray, direction, behind);
   const float alpha = 1.0 - (shares.passed.x + shares.passed.y + shares.passed.z) / 3.0;
   const float z = t / 200.0;
   const float weight = clamp(0.03 / (1e-5 + z * z * z * z), 1e-2, 3e3);

@@ -107,11 +107,6 @@ class Picture {
                          : occupied_.volume().test(camera.position.voxel)),
         image_(image) {}
 
-  /// Whether what isn't opaque takes its part of the sun's light.
-  static bool tints(const RenderKnobs& knobs) {
-    return knobs.tinted_shadows && (knobs.sun_shadow == SunShadow::ray || knobs.sun_shadow == SunShadow::map);
-  }
-
   /// Renders rows of tiles; threads write disjoint pixels.
   Spent render_tile_rows(size_t begin, size_t end) const {
     world::StoreReader reader(view_.store());
@@ -619,7 +614,7 @@ class RaycastBackend : public Backend {
       kinds.emplace(view.palette());
       if (!kinds->called_for(view.store().census())) kinds.reset();
     }
-    const bool tinted = Picture::tints(knobs) && !contours && holds_not_opaque(view);
+    const bool tinted = tints_sun(knobs) && !contours && holds_not_opaque(view);
     std::optional<SeeThroughKinds> light_kinds;
     std::vector<uint8_t> cubes;
     std::optional<LightBlockers> blockers;

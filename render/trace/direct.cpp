@@ -67,7 +67,7 @@ struct Layers {
 template <class Shade>
 bool meet_layer(Transport& t, Layers& layers, const Surface& s, const Vec3d& direction, const FogView& fog,
                 Shade shade) {
-  if (!t.shared.see_through || s.kind != SurfaceKind::voxel || !t.shared.see_through->contains(s.block)) return false;
+  if (!t.looks_through(s)) return false;
   const SeeThroughKinds& kinds = *t.shared.see_through;
   const uint32_t pattern = static_cast<uint32_t>(t.knobs().coverage_pattern);
   const uint16_t far = kinds.kind(s.beyond);
@@ -116,7 +116,7 @@ Vec3d first_surface(Transport& t, TraceRay ray, Shade shade) {
     const Vec3f absorption = t.tracer.absorption(ray);
     Surface s = t.tracer.intersect(ray, t.crossings);
     t.texture(s, ray, layers.passed, true);
-    const FogView here = t.fog(ray, s.t);
+    const FogView here = t.fog_straight(ray, layers.passed, s);
     fog.added += fog.value * here.added;
     fog.value *= here.value;
     if (meet_layer(t, layers, s, direction, fog, shade)) {

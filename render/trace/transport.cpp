@@ -67,19 +67,66 @@ Vec3d absorbed(const Vec3f& absorption, double distance) {
 Transport::Transport(const TransportScene& t)
     : shared(t), tracer(*t.scene), shafts_(fog_shafts(t.scene->view().world().media, t.scene->sky(), t.knobs)) {}
 
+bool Transport::looks_through(const Surface& s) const {
+  return shared.see_through && s.kind == SurfaceKind::voxel && shared.see_through->contains(s.block);
+}
+
+Vec3d Transport::sun_at_piece(int piece) {
+  std::optional<Vec3d>& sun = shaft_suns_[static_cast<size_t>(piece)];
+  if (sun) return *sun;
+  LightSample light;
+  light.direction = Vec3f(scene().environment().sun_direction);
+  light.distance = kInfinity;
+  light.target.kind = LightKind::sun;
+  const auto [from, to] = shaft_span_;
+  const double shift = shared::fog_shaft_shift(static_cast<float>(column), static_cast<float>(row));
+  const double t = from + (to - from) * (piece + shift) / knobs().fog_sun_rays;
+  sun = arrival(from_air(shaft_ray_, shaft_crossings_, t, light.direction), light).value;
+  return *sun;
+}
+
+void Transport::cut_shafts(const TraceRay& ray, double t_end) {
+  media_along(tracer, ray, shaft_crossings_, t_end, stretches);
+  shaft_ray_ = ray;
+  shaft_span_ = fog_shaft_span(stretches, ray.ray.direction);
+  shaft_suns_.assign(static_cast<size_t>(knobs().fog_sun_rays), std::nullopt);
+}
+
+FogView Transport::fog_before(const TraceRay& ray, double before, double t_end) {
+  media_along(tracer, ray, crossings, t_end, stretches);
+  const auto sun = [&](int piece) { return sun_at_piece(piece); };
+  const FogShafts shafts{shaft_span_.first, shaft_span_.second, knobs().fog_sun_rays, sun};
+  return fog_along(stretches, ray.ray.direction, t_end, shafts_ ? &shafts : nullptr, before);
+}
+
 FogView Transport::fog(const TraceRay& ray, double t_end) {
   if (!scene().has_media()) return {};
-  media_along(tracer, ray, crossings, t_end, stretches);
-  const Vec3d& direction = ray.ray.direction;
-  if (!shafts_) return fog_along(stretches, direction);
-  LightSample sun;
-  sun.direction = Vec3f(scene().environment().sun_direction);
-  sun.distance = kInfinity;
-  sun.target.kind = LightKind::sun;
-  const auto arrives = [&](double t) { return arrival(from_air(ray, crossings, t, sun.direction), sun).value; };
-  const float shift = shared::fog_shaft_shift(static_cast<float>(column), static_cast<float>(row));
-  const FogShafts shafts{knobs().fog_sun_rays, double{shift}, arrives};
-  return fog_along(stretches, direction, &shafts);
+  if (shafts_) {
+    shaft_crossings_ = crossings;
+    cut_shafts(ray, t_end);
+  }
+  return fog_before(ray, 0, t_end);
+}
+
+FogView Transport::fog_straight(const TraceRay& ray, double before, const Surface& surface) {
+  if (!scene().has_media()) return {};
+  if (shafts_ && before == 0) {
+    // Look ahead to where the ray ends.
+    shaft_crossings_ = crossings;
+    double end = surface.t;
+    for (Surface s = surface; looks_through(s); end += s.t) {
+      TraceRay on = s.spawn(Vec3f(ray.ray.direction));
+      on.ray.direction = ray.ray.direction;
+      on.ray.t_max = ray.ray.t_max - end;
+      s = tracer.intersect(on, shadow_crossings);
+      for (Crossing c : shadow_crossings) {
+        c.t += end;
+        shaft_crossings_.push_back(c);
+      }
+    }
+    cut_shafts(ray, end);
+  }
+  return fog_before(ray, before, surface.t);
 }
 
 Vec3d Transport::sky(const Vec3f& direction) const {
@@ -146,13 +193,12 @@ Arrival Transport::arrival(TraceRay ray, const LightSample& light, ShadowTrackin
   const bool named = target.kind == LightKind::voxel || target.kind == LightKind::triangle;
   const uint32_t not_this = target.kind == LightKind::luminaire ? target.index : UINT32_MAX;
   // Where the eye looks straight through blocks, so does the sun.
-  const SeeThroughKinds* const straight =
-      knobs().tinted_shadows && target.kind == LightKind::sun ? shared.see_through : nullptr;
+  const bool tinted = target.kind == LightKind::sun && tints_sun(knobs());
+  const SeeThroughKinds* const straight = tinted ? shared.see_through : nullptr;
   uint16_t medium = straight ? straight->kind(tracer.block_of(ray.ray)) : 0;
   // Else only what is opaque holds light back that comes straight, as for the other backends; paths meet all there is.
-  const bool opaque_alone = !(knobs().tinted_shadows && target.kind == LightKind::sun) &&
-                            (knobs().light_transport == LightTransport::direct ||
-                             knobs().light_transport == LightTransport::ambient_occlusion);
+  const bool opaque_alone = !tinted && (knobs().light_transport == LightTransport::direct ||
+                                        knobs().light_transport == LightTransport::ambient_occlusion);
   const auto lets_by = [&](const Surface& s) {
     return opaque_alone && (s.kind == SurfaceKind::shape ||
                             (s.kind == SurfaceKind::voxel && !scene().view().palette()[s.block].opaque));

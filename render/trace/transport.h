@@ -9,7 +9,9 @@
 ///   photons            render/trace/photons.cpp   light that arrives over several surfaces by density estimation
 #pragma once
 
+#include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "render/inhabitants.shared.h"
@@ -78,6 +80,11 @@ class Transport {
   /// Of the media along a ray up to t_end, `crossings` being what it crosses there. Counts a shadow ray for each piece
   /// of its shafts.
   FogView fog(const TraceRay& ray, double t_end);
+  /// The same of a ray that is looked straight along, from surface to surface: `ray` starts `before` metres on and
+  /// meets `surface` next. Pieces of its shafts are those of all of the way, which are cut where `before` is 0.
+  FogView fog_straight(const TraceRay& ray, double before, const Surface& surface);
+  /// Whether it looks straight through a surface.
+  bool looks_through(const Surface& surface) const;
   /// Radiance from the sky along a ray that leaves the scene.
   Vec3d sky(const Vec3f& direction) const;
   /// The same with what only an eye sees: disks, stars and clouds.
@@ -95,7 +102,16 @@ class Transport {
   std::vector<MediumStretch> stretches, shadow_stretches;
 
  private:
+  /// The pieces of a ray that crosses `shaft_crossings_` on its way to t_end.
+  void cut_shafts(const TraceRay& ray, double t_end);
+  FogView fog_before(const TraceRay& ray, double before, double t_end);
+  Vec3d sun_at_piece(int piece);
+
   const bool shafts_;
+  TraceRay shaft_ray_;
+  std::vector<Crossing> shaft_crossings_;
+  std::pair<double, double> shaft_span_{0, 0};
+  std::vector<std::optional<Vec3d>> shaft_suns_;  // of the pieces that were asked for
 };
 
 /// From a place that a ray passes, t metres on, into another direction.

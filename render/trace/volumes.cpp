@@ -287,7 +287,8 @@ double mean_depth(const std::vector<MediumStretch>& stretches, const Vec3d& dire
   return sum;
 }
 
-/// From where to where the pieces lie.
+}  // namespace
+
 std::pair<double, double> fog_shaft_span(const std::vector<MediumStretch>& stretches, const Vec3d& direction) {
   double from = kInfinity, to = 0;
   for (const MediumStretch& s : stretches) from = std::min(from, s.t0), to = std::max(to, s.t1);
@@ -309,22 +310,20 @@ std::pair<double, double> fog_shaft_span(const std::vector<MediumStretch>& stret
   return {from, from + std::min(high, to - from)};
 }
 
-}  // namespace
-
-FogView fog_along(const std::vector<MediumStretch>& stretches, const Vec3d& direction, const FogShafts* shafts) {
+FogView fog_along(const std::vector<MediumStretch>& stretches, const Vec3d& direction, double t_end,
+                  const FogShafts* shafts, double before) {
   FogView view;
   if (stretches.empty()) return view;
   double t = 0;
-  if (shafts) {
-    const auto [from, to] = fog_shaft_span(stretches, direction);
-    const int pieces = from < to ? shafts->pieces : 0;
-    for (int i = 0; i < pieces; ++i) {
-      const double next = i + 1 < pieces ? from + (to - from) * (i + 1) / pieces : kInfinity;
-      see_fog(view, stretches, direction, t, next, shafts->sun(from + (to - from) * (i + shafts->shift) / pieces));
-      t = next;
-    }
+  const int pieces = shafts && shafts->from < shafts->to ? shafts->pieces : 0;
+  for (int i = 0; i < pieces && t < t_end; ++i) {
+    const double end = shafts->from + (shafts->to - shafts->from) * (i + 1) / pieces - before;
+    const double next = i + 1 < pieces ? std::min(end, t_end) : t_end;
+    if (!(next > t)) continue;
+    see_fog(view, stretches, direction, t, next, shafts->sun(i));
+    t = next;
   }
-  if (t < kInfinity) see_fog(view, stretches, direction, t, kInfinity, Vec3d(1));
+  if (t < t_end) see_fog(view, stretches, direction, t, t_end, Vec3d(1));
   return view;
 }
 

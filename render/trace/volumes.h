@@ -19,6 +19,7 @@
 ///         Jakob, Humphreys. Physically Based Rendering, 4th edition. 2023, section 14.2
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "render/knobs.h"
@@ -84,15 +85,19 @@ Transmittance tracked_transmittance(const std::vector<MediumStretch>& stretches,
 struct FogView {
   Vec3d value{1}, added{0};
 };
-/// What of the sun's light comes to fog along the ray: fog_shafts.shared.h.
+/// From where to where the pieces of a ray lie for which fog asks for the sun (fog_shafts.shared.h), m; first >=
+/// second: it meets no medium.
+std::pair<double, double> fog_shaft_span(const std::vector<MediumStretch>& stretches, const Vec3d& direction);
+/// Those pieces, and what of the sun's light comes to each, by band.
 struct FogShafts {
+  double from, to;
   int pieces;
-  double shift;                             // of each piece before the point that stands for it
-  world::FunctionRef<Vec3d(double t)> sun;  // that arrives at t, by band
+  world::FunctionRef<Vec3d(int piece)> sun;
 };
-/// shafts: null where nothing hides the sun.
-FogView fog_along(const std::vector<MediumStretch>& stretches, const Vec3d& direction,
-                  const FogShafts* shafts = nullptr);
+/// Up to t_end. shafts: null where nothing hides the sun; of a ray that began `before` metres before the stretches'
+/// own.
+FogView fog_along(const std::vector<MediumStretch>& stretches, const Vec3d& direction, double t_end = world::kInfinity,
+                  const FogShafts* shafts = nullptr, double before = 0);
 
 /// Henyey and Greenstein's phase function, which is also the density with which sample_phase picks directions, 1/sr.
 /// `cosine`: between the ways of the light before and after.

@@ -5,6 +5,7 @@
 #include "render/light/fog_shafts.shared.h"
 #include "render/raster/shading/lighting.glsl.h"
 #include "render/raster/shading/sun.glsl.h"
+#include "render/raster/shading/sun_blockers.glsl.h"
 #include "world/media/every_medium.shared.h"
 
 layout(constant_id = kSpecFogShafts) const bool kFogShafts = false;
@@ -207,33 +208,70 @@ vec2 fog_shaft_span(ivec3 voxel, vec3 fraction, vec3 direction, float t_end) {
   return all;
 }
 
-/// Of the sun's light what comes to a place along the ray, past what is opaque and through the media.
+/// Of the sun's light what comes to a place along the ray, past what is opaque, through what isn't and the media.
 vec3 sun_in_fog(ivec3 voxel, vec3 fraction, vec3 direction, float t) {
   const vec3 place = fraction + t * direction, corner = floor(place);
   const ivec3 there = voxel + ivec3(corner);
   if (!sun_visible(there, place - corner, kNoTriangle)) return vec3(0.0);
   vec3 arrives = media_transmittance(there, place - corner, picture.sun.xyz, kMediumFar);
+  if (kSunBlockers) arrives *= sun_let_through(there, place - corner);
   if (kCloudShadows) arrives *= sun_through_clouds(there, place - corner);
   return arrives;
 }
 
-FogView fog_along(ivec3 voxel, vec3 fraction, vec3 direction, float t_end) {
-  FogView view;
-  view.value = vec3(1.0);
-  view.added = vec3(0.0);
-  float t = 0.0;
-  if (kFogShafts) {
-    const vec2 span = fog_shaft_span(voxel, fraction, direction, t_end);
-    const uint pieces = span.x < span.y ? picture.media.w : 0u;
-    for (uint i = 0u; i < pieces; ++i) {
-      const float next = i + 1u < pieces ? mix(span.x, span.y, float(i + 1u) / float(pieces)) : t_end;
-      const float at = mix(span.x, span.y, (float(i) + fog_shift) / float(pieces));
-      see_fog(view, voxel, fraction, direction, t, next, sun_in_fog(voxel, fraction, direction, at));
-      t = next;
-    }
+/// A ray through fog, as far as it has been followed.
+struct FogWalk {
+  ivec3 voxel;  // of its start
+  vec3 fraction, direction;
+  FogView view;     // up to t
+  vec2 span;        // where the pieces lie
+  float t, last;    // where the piece at hand ends
+  uint pieces, at;  // how many, and those begun
+  vec3 sun;         // that comes to the piece at hand
+};
+
+/// t_end: where the ray ends, past all that is seen through.
+FogWalk begin_fog(ivec3 voxel, vec3 fraction, vec3 direction, float t_end) {
+  FogWalk w;
+  w.voxel = voxel;
+  w.fraction = fraction;
+  w.direction = direction;
+  w.view.value = vec3(1.0);
+  w.view.added = vec3(0.0);
+  w.sun = vec3(1.0);
+  w.t = 0.0;
+  if (!kFogShafts) return w;
+  w.span = fog_shaft_span(voxel, fraction, direction, t_end);
+  w.pieces = w.span.x < w.span.y ? picture.media.w : 0u;
+  w.last = w.pieces > 0u ? 0.0 : kMediumFar;
+  w.at = 0u;
+  return w;
+}
+
+/// On to t.
+void follow_fog(inout FogWalk w, float t) {
+  if (!kFogShafts) {
+    see_fog(w.view, w.voxel, w.fraction, w.direction, w.t, t, w.sun);
+    w.t = t;
+    return;
   }
-  see_fog(view, voxel, fraction, direction, t, t_end, vec3(1.0));
-  return view;
+  for (uint part = 0u; part <= w.pieces && w.t < t; ++part) {
+    if (w.t >= w.last) {
+      const float place = mix(w.span.x, w.span.y, (float(w.at) + fog_shift) / float(w.pieces));
+      w.sun = sun_in_fog(w.voxel, w.fraction, w.direction, place);
+      ++w.at;
+      w.last = w.at < w.pieces ? mix(w.span.x, w.span.y, float(w.at) / float(w.pieces)) : kMediumFar;
+    }
+    const float next = min(t, w.last);
+    see_fog(w.view, w.voxel, w.fraction, w.direction, w.t, next, w.sun);
+    w.t = next;
+  }
+}
+
+FogView fog_along(ivec3 voxel, vec3 fraction, vec3 direction, float t_end) {
+  FogWalk walk = begin_fog(voxel, fraction, direction, t_end);
+  follow_fog(walk, t_end);
+  return walk.view;
 }
 
 #endif

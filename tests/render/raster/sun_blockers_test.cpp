@@ -59,6 +59,43 @@ TEST_F(SunThroughBlocks, APaneTakesItsAbsorptionAndTwiceFresnelsShare) {
   }
 }
 
+/// Dust under a roof, into which the sun comes through one pane alone: all that is seen is what passes it.
+TEST_F(SunThroughBlocks, AShaftHasTheColourOfItsPane) {
+  world::World w(world::standard_blocks());
+  w.environment.sky_zenith = w.environment.sky_horizon = w.environment.sky_ground = {};
+  w.environment.sun_direction = glm::normalize(Vec3d(0.2, 1, 0.1));
+  world::EditBatch batch;
+  batch.fill({{-40, 20, -40}, {40, 21, 40}}, block(w, "stone"));
+  batch.fill({{-4, 20, -6}, {3, 21, 5}}, block(w, "glass_green"));
+  apply(w, batch);
+  world::Medium dust = fog_box({20, 10, 20});
+  dust.emission = {}, dust.absorption = {}, dust.scattering = {0.01f, 0.02f, 0.015f};
+  w.media = {dust};
+  const Camera camera = camera_at({}, {-30.4, 2.3, 0.6}, {1, 0.02, 0});
+  const world::Block& glass = (*w.palette)[block(w, "glass_green")];
+  const auto cosine = static_cast<float>(w.environment.sun_direction.y);
+  const float passed =
+      1 - shared::fresnel_reflectance(cosine, glass.index_of_refraction / (*w.palette)[0].index_of_refraction);
+  const float absorption[3] = {glass.absorption.r, glass.absorption.g, glass.absorption.b};
+  RenderKnobs knobs = tinted();
+  knobs.fog_sun_rays = 8;
+  RenderKnobs plain = knobs;
+  plain.tinted_shadows = false;
+  for (Backend* backend : {raycast_.get(), static_cast<Backend*>(raster_.get())}) {
+    const Rgb seen = frame(*backend, w, camera, knobs).image.at(kWidth / 2, kHeight / 2);
+    const Rgb open = frame(*backend, w, camera, plain).image.at(kWidth / 2, kHeight / 2);
+    const float before[3] = {open.r, open.g, open.b}, now[3] = {seen.r, seen.g, seen.b};
+    for (int b = 0; b < 3; ++b) {
+      ASSERT_GT(before[b], 0.0f);
+      EXPECT_NEAR(now[b] / before[b], passed * passed * std::exp(-absorption[b] * 2 / cosine), 2e-5) << b;
+    }
+    // Where the sun throws no shadows through what isn't opaque, neither does it into fog.
+    knobs.sun_shadow = plain.sun_shadow = SunShadow::none;
+    EXPECT_EQ(frame(*backend, w, camera, knobs).image.pixels, frame(*backend, w, camera, plain).image.pixels);
+    knobs.sun_shadow = plain.sun_shadow = SunShadow::ray;
+  }
+}
+
 /// The ray caster's walk through the grid and its tracer. The rest lies on edges of shadows and faces.
 TEST_F(SunThroughBlocks, TheTracerShowsWhatIsCast) {
   const world::World w = window_hall();

@@ -324,6 +324,13 @@ const std::map<std::string, Maker>& makers() {
     m["glass in water"] = glass_in_water;
     m["a water's edge"] = at_a_waters_edge;
     m["a hall under coloured glass"] = [] { return seen(render::window_hall(), render::hall_cameras()); };
+    m["the hall in dust"] = [] {
+      World w = render::window_hall();
+      world::Medium dust = render::fog_box({40, 20, 40});
+      dust.emission = {}, dust.absorption = {}, dust.scattering = {0.015f, 0.015f, 0.014f};
+      w.media = {dust};
+      return seen(std::move(w), render::hall_cameras());
+    };
     m["the hall by the tracer"] = [] { return seen(by_a_spark(render::window_hall()), render::hall_cameras()); };
     m["a basin of films, slopes and falls"] = [] { return seen(render::spill(), render::spill_cameras()); };
     m["the basin by a lamp"] = [] {
