@@ -1,6 +1,7 @@
 #include "render/raster/lighting.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -48,6 +49,7 @@ uint32_t medium_number(const std::string& kind) {
   };
   for (uint32_t i = 0; i < std::size(kNames); ++i)
     if (kind == kNames[i]) return i;
+  static_assert(std::size(kNames) <= kMediumDensityGrid);
   return kMediumDensityGrid;
 }
 
@@ -266,13 +268,14 @@ void Lighting::add_cells(std::vector<uint32_t>& words) {
   }
 }
 
-void Lighting::add_media(const world::World& world, const SkyView& sky, FogLight fog, std::vector<uint32_t>& words) {
+std::vector<uvec4> Lighting::add_media(const world::World& world, const SkyView& sky, FogLight fog,
+                                       std::vector<uint32_t>& words) {
   std::vector<const Medium*> media;
   for (const Medium& m : world.media)
     if (has_strength(m) && !fills_meshes(world, m)) media.push_back(&m);
   media_count_ = 0;
-  media_at_ = static_cast<uint32_t>(words.size());
-  words.resize(words.size() + media.size() * kMediumWords);
+  variant_.medium_kinds = 0;
+  std::vector<uvec4> records;
   const FogSource source = media.empty() ? FogSource{} : fog_source(sky, fog);
   for (const Medium* m : media) {
     uint32_t table = 0;
@@ -296,23 +299,30 @@ void Lighting::add_media(const world::World& world, const SkyView& sky, FogLight
         if (place.x < 0 || place.y < 0 || place.z < 0 || place.x >= size.x || place.y >= size.y || place.z >= size.z)
           return;
         const auto index = static_cast<size_t>((place.x * size.y + place.y) * size.z + place.z);
-        words[table + 6 + index] = static_cast<uint32_t>(words.size());
+        words[table + kMediumLeavesHead + index] = static_cast<uint32_t>(words.size());
         for (const float v : leaf.values) words.push_back(std::bit_cast<uint32_t>(v));
       });
     }
-    uint32_t* at = words.data() + media_at_ + media_count_++ * kMediumWords;
-    at[kMedKind] = medium_number(m->kind);
-    put(at + kMedVoxel, m->position);
-    put(at + kMedExtinction, vector_of(m->absorption) + vector_of(m->scattering));
+    const uint32_t kind = medium_number(m->kind);
+    variant_.medium_kinds |= 1u << kind;
+    ++media_count_;
     const ScatteredIn in = scattered_in(*m, source);
-    put(at + kMedEmission, vector_of(m->emission) + in.sky), put(at + kMedInSun, in.sun);
-    at[kMedAnisotropy] = bits(double{m->anisotropy});
-    put(at + kMedHalfExtent, Vec3d(m->half_extent)), put(at + kMedNormal, Vec3d(m->normal));
-    at[kMedScale] = bits(m->field ? double{m->voxel_size} : double{m->scale_height});
-    put(at + kMedLow, low), put(at + kMedHigh, high);
-    at[kMedLeaves] = table;
-    at[kMedTrilinear] = m->sampling == world::FieldSampling::trilinear;
+    std::array<uvec4, kMediumTexels> record{};
+    const auto set = [&](uint32_t texel, const Vec3d& v, uint32_t last) {
+      record[texel] = uvec4(bits(v.x), bits(v.y), bits(v.z), last);
+    };
+    const world::VoxelPos& voxel = m->position.voxel;
+    record[kMedVoxel] =
+        uvec4(static_cast<uint32_t>(voxel.x), static_cast<uint32_t>(voxel.y), static_cast<uint32_t>(voxel.z), kind);
+    set(kMedFraction, m->position.fraction, bits(m->field ? double{m->voxel_size} : double{m->scale_height}));
+    set(kMedExtinction, vector_of(m->absorption) + vector_of(m->scattering), bits(double{m->anisotropy}));
+    set(kMedEmission, vector_of(m->emission) + in.sky, table);
+    set(kMedInSun, in.sun, m->sampling == world::FieldSampling::trilinear);
+    set(kMedHalfExtent, m->field ? low : Vec3d(m->half_extent), 0);
+    set(kMedNormal, m->field ? high : Vec3d(m->normal), 0);
+    records.insert(records.end(), record.begin(), record.end());
   }
+  return records;
 }
 
 void Lighting::add_blocks(const world::World& world, const RenderKnobs& knobs, std::vector<uint32_t>& words) {
@@ -379,7 +389,7 @@ world::Result<uint64_t> Lighting::follow(gpu::Device& device, const world::World
   std::vector<uint32_t> words(1);  // 0 is no offset
   add_blocks(world, knobs, words);
   TRY_STATUS(add_luminaires(world, knobs, words));
-  add_media(world, sky, knobs.fog_light, words);
+  const std::vector<uvec4> records = add_media(world, sky, knobs.fog_light, words);
   if (opaque) add_spot_maps(world, *opaque, knobs.spot_map_texels, words);
   if (words.size() * 4 > limit)
     return world::Error{world::ErrorKind::usage,
@@ -394,9 +404,15 @@ world::Result<uint64_t> Lighting::follow(gpu::Device& device, const world::World
     TRY(words_, gpu::make_buffer(device, size, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::MemoryUse::upload));
   }
   std::memcpy(words_.mapped(), words.data(), size);
+  const uint64_t media_size = records.size() * sizeof records[0];
+  if (records.empty()) {
+    media_ = {};
+  } else {
+    TRY_STATUS(gpu::fill_texels(device, media_, VK_FORMAT_R32G32B32A32_UINT, records.data(), media_size));
+  }
   if (seen_parts_.empty() && far_.empty()) seen_ = {};
   signature_ = signature;
-  return size;
+  return size + media_size;
 }
 
 world::Result<uint64_t> Lighting::see(gpu::Device& device, const Camera& camera, int width, int height) {
@@ -478,8 +494,8 @@ void Lighting::describe(const world::WorldView& view, const Camera& camera, cons
   p.luminaires = uvec4(luminaires_at_, everywhere_at_, count(cells_.everywhere().size()), blocks_at_);
   p.luminaires_seen = uvec4(seen_parts_.empty() ? 0 : 1, tiles_across_, far_at_, count(far_.size()));
   p.light_cells = uvec4(cells_at_, cell_slots_ - 1, count(static_cast<size_t>(cells_.shift())), 0);
-  p.media = uvec4(media_at_, count(media_count_), static_cast<uint32_t>(std::max(knobs.fog_steps, 1)),
-                  static_cast<uint32_t>(knobs.fog_sun_rays));
+  p.media = uvec4(count(media_count_), static_cast<uint32_t>(std::max(knobs.fog_steps, 1)),
+                  static_cast<uint32_t>(knobs.fog_sun_rays), 0);
   p.light_samples =
       uvec4(static_cast<uint32_t>(std::max(knobs.light_samples, 1)), knobs.sample_sequence == SampleSequence::sobol,
             static_cast<uint32_t>(seed), static_cast<uint32_t>(seed >> 32));

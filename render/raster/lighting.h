@@ -25,8 +25,9 @@ namespace render::raster {
 /// What shading is compiled for, beside what the knobs say of the sun and of the world's cells.
 struct LightingVariant {
   bool luminaires = false, media = false;
-  bool fog_shafts = false;  // fog asks for the sun along rays
-  bool bsdf = false;        // blocks scatter by their BSDF, not by the sum of what they scatter
+  uint32_t medium_kinds = 0;  // bits of MEDIUM_... and kMediumDensityGrid
+  bool fog_shafts = false;    // fog asks for the sun along rays
+  bool bsdf = false;          // blocks scatter by their BSDF, not by the sum of what they scatter
   uint32_t luminaire_shadow = 0;
   friend auto operator<=>(const LightingVariant&, const LightingVariant&) = default;
 };
@@ -49,11 +50,12 @@ class Lighting {
   const LightingVariant& variant() const { return variant_; }
   /// Null handles where there is nothing in them.
   const gpu::Buffer& words() const { return words_; }
+  const gpu::Buffer& media_texels() const { return media_; }
   const gpu::Buffer& seen() const { return seen_; }
   size_t luminaires() const { return lights_.size(); }
   size_t media() const { return media_count_; }
   const LightCells& cells() const { return cells_; }
-  uint64_t bytes() const { return words_.size + seen_.size; }
+  uint64_t bytes() const { return words_.size + media_.size + seen_.size; }
   const std::vector<std::string>& dropped() const { return dropped_; }
   /// Bytes that the buffer may have, at most the device's limit; tests lower it.
   uint64_t binding_limit = ~uint64_t{0};
@@ -72,7 +74,9 @@ class Lighting {
   void add_spot_maps(const world::World& world, const world::RayStream& opaque, int texels,
                      std::vector<uint32_t>& words);
   void add_cells(std::vector<uint32_t>& words);
-  void add_media(const world::World& world, const SkyView& sky, FogLight fog, std::vector<uint32_t>& words);
+  /// Returns the records; density grids go to the words.
+  std::vector<uvec4> add_media(const world::World& world, const SkyView& sky, FogLight fog,
+                               std::vector<uint32_t>& words);
   void add_blocks(const world::World& world, const RenderKnobs& knobs, std::vector<uint32_t>& words);
 
   LightingVariant variant_;
@@ -82,9 +86,9 @@ class Lighting {
   LightCells cells_;
   size_t media_count_ = 0;
   uint64_t signature_ = 0, limit_ = 0;
-  uint32_t luminaires_at_ = 0, everywhere_at_ = 0, cells_at_ = 0, cell_slots_ = 0, media_at_ = 0, blocks_at_ = 0,
-           far_at_ = 0, tiles_across_ = 0;
-  gpu::Buffer words_, seen_;
+  uint32_t luminaires_at_ = 0, everywhere_at_ = 0, cells_at_ = 0, cell_slots_ = 0, blocks_at_ = 0, far_at_ = 0,
+           tiles_across_ = 0;
+  gpu::Buffer words_, media_, seen_;
   std::vector<std::string> dropped_;
 };
 

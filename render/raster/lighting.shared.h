@@ -5,7 +5,6 @@
  *   everywhere  numbers of the luminaires that light all places
  *   cells       a hash table of cubes of 2^shift voxels, kCellWords each: place, and the list of what reaches it
  *   lists       numbers of luminaires
- *   media       kMediumWords each
  *   blocks      kBlockWords each: BsdfParameters
  *   parts       kPartWords for each triangle of a mesh
  *   images      3 words a pixel; of a sky, its sums of rows, of columns, and cosines of the rows' borders
@@ -57,23 +56,19 @@ SHARED_CONST uint kLumNoShadow = 0x40000u;
 SHARED_CONST uint kCellWords = 5u;  /* x, y, z of the cell, offset of its list (0: free), its length */
 SHARED_CONST uint kPartWords = 10u; /* corner, two edges, running sum of areas */
 
-/* A medium. */
-SHARED_CONST uint kMediumWords = 32u;
-SHARED_CONST uint kMedKind = 0u;       /* MEDIUM_..., or kMediumDensityGrid */
-SHARED_CONST uint kMedVoxel = 1u;      /* ivec3 */
-SHARED_CONST uint kMedFraction = 4u;   /* vec3 */
-SHARED_CONST uint kMedExtinction = 7u; /* vec3, 1/m */
-SHARED_CONST uint kMedEmission = 10u;  /* vec3; with what is scattered in of the sky */
-SHARED_CONST uint kMedHalfExtent = 13u;
-SHARED_CONST uint kMedNormal = 16u;
-SHARED_CONST uint kMedScale = 19u;  /* scale height; voxel size of a grid */
-SHARED_CONST uint kMedLow = 20u;    /* vec3: bounds of a grid, in its voxels */
-SHARED_CONST uint kMedHigh = 23u;   /* vec3 */
-SHARED_CONST uint kMedLeaves = 26u; /* offset: low corner and size of the table in leaves (6 words), then it */
-SHARED_CONST uint kMedTrilinear = 27u;
-SHARED_CONST uint kMedInSun = 28u; /* vec3: fog_light.h */
-SHARED_CONST uint kMedAnisotropy = 31u;
-SHARED_CONST uint kMediumDensityGrid = 255u;
+/* A medium, in texels of four words of a buffer of its own: software reads such a texel as fast as one word of
+ * `lighting`. */
+SHARED_CONST uint kMediumTexels = 7u;
+SHARED_CONST uint kMedVoxel = 0u;      /* ivec3; MEDIUM_..., or kMediumDensityGrid */
+SHARED_CONST uint kMedFraction = 1u;   /* vec3; scale height, or voxel size of a grid */
+SHARED_CONST uint kMedExtinction = 2u; /* vec3, 1/m; anisotropy */
+SHARED_CONST uint kMedEmission = 3u;   /* vec3, with what is scattered in of the sky; offset of a grid's table */
+SHARED_CONST uint kMedInSun = 4u;      /* vec3: fog_light.h; 1 where a grid is sampled trilinearly */
+SHARED_CONST uint kMedHalfExtent = 5u; /* vec3; of a grid its low bound, in its voxels */
+SHARED_CONST uint kMedNormal = 6u;     /* vec3; of a grid its high bound */
+/* That table, in `lighting`: low corner and size in leaves, then the offset of a brick a leaf. */
+SHARED_CONST uint kMediumLeavesHead = 6u;
+SHARED_CONST uint kMediumDensityGrid = 31u; /* beyond all MEDIUM_... */
 
 /* BsdfParameters of a block seen from air. */
 SHARED_CONST uint kBlockWords = 16u;

@@ -72,6 +72,7 @@ SHARED_CONST uint kBindSecondIndices = 42;   // uint[]   six a face that the sec
 SHARED_CONST uint kBindDrawCounts = 43;      // uint[]   by page: draws of the second pass that draw anything
 SHARED_CONST uint kBindVoxelLeaves = 44;     // ivec4 texels: light around triangles: hash table of leaves and place + 1
 SHARED_CONST uint kBindVoxelCodes = 45;      // uint texels: 512 a leaf, or six times that: triangle_light.h
+SHARED_CONST uint kBindMedia = 46;           // uvec4 texels: kMediumTexels a medium: lighting.shared.h
 
 /// Codes of voxels, in the grids of blockers and of blocks, from here on: a shape, and the number of its first quad.
 SHARED_CONST uint kShapeCode = 0x8000u;
@@ -127,6 +128,7 @@ SHARED_CONST uint kSpecCloudShadows = 46;     // bool: they dim the sun
 SHARED_CONST uint kSpecFogShafts = 47;        // bool: fog asks for the sun along rays: fog_sun_rays
 SHARED_CONST uint kSpecCoarseFaces = 48;      // bool: pixels may see faces of coarser levels, or stand-ins (kSeenPlaced)
 SHARED_CONST uint kSpecViewEnds = 49;         // bool: the view distance ends before the world does
+SHARED_CONST uint kSpecMediumKinds = 50;      // bits of MEDIUM_... and kMediumDensityGrid: those that there are
 
 /// A record of SurfaceLightLeaf in words: 16 a direction of faces, 4 a direction of counts before slices, the first
 /// code.
@@ -153,7 +155,7 @@ struct PictureConstants {
   uvec4 luminaires;       // offsets in `lighting`: records, numbers of those that light everything; z: how many; blocks
   uvec4 luminaires_seen;  // x: 1 where some are seen, y: tiles a row, z: offset of those at no place, w: how many
   uvec4 light_cells;      // offset of the table (0: none), slots less 1, log2 of a cell's voxels
-  uvec4 media;            // offset, how many, steps through a density grid, fog_sun_rays
+  uvec4 media;            // how many, steps through a density grid, fog_sun_rays
   uvec4 light_samples;    // of each light with an area; 1: by Sobol's sequence; the picture's seed, low word and high
   vec4 sun_irradiance;    // of a plane that faces it; w: occlusion_distance, m
   vec4 eye_absorption;    // 1/m, of what the camera is in; w: 1 where it is any

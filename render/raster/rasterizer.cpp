@@ -199,6 +199,7 @@ world::Status Rasterizer::bind_shared(const Drawing& drawing) {
     buffer.handle ? bindings_.bind(binding, buffer) : bindings_.forget(binding);
   };
   bind_if_made(kBindLighting, lighting_.words());
+  bind_if_made(kBindMedia, lighting_.media_texels());
   bind_if_made(kBindSeenLuminaires, lighting_.seen());
   bind_if_made(kBindMeshes, triangles_.texels());
   bind_if_made(kBindVoxelLeaves, triangle_light_.leaves());

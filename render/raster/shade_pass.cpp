@@ -50,6 +50,7 @@ std::vector<Constant> shading_constants(const Drawing& drawing) {
           {kSpecSkyModel, drawing.sky.light != nullptr},
           {kSpecLuminaires, lighting.luminaires},
           {kSpecMedia, lighting.media},
+          {kSpecMediumKinds, lighting.medium_kinds},
           {kSpecFogShafts, lighting.fog_shafts},
           {kSpecBsdf, lighting.bsdf},
           {kSpecLuminaireShadow, lighting.luminaire_shadow},

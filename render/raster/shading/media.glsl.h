@@ -10,33 +10,49 @@
 
 layout(constant_id = kSpecFogShafts) const bool kFogShafts = false;
 
-MediumShape medium_shape(uint at) {
-  MediumShape m;
-  m.half_extent = lighting_vec3(at + kMedHalfExtent);
-  m.normal = lighting_vec3(at + kMedNormal);
-  m.scale_height = lighting_float(at + kMedScale);
-  return m;
-}
+/// Bits of the kinds that the picture's media are of.
+layout(constant_id = kSpecMediumKinds) const uint kMediumKinds = 0u;
+layout(binding = kBindMedia) uniform usamplerBuffer medium_records;
 
 /// The record of one medium, and the start of a ray relative to its position.
 struct NearMedium {
-  uint at, kind;
+  int at;
+  uint kind;
+  float scale;
   vec3 origin;
 };
+uvec4 medium_words(const NearMedium m, uint texel) { return texelFetch(medium_records, m.at + int(texel)); }
+vec4 medium_texel(const NearMedium m, uint texel) { return uintBitsToFloat(medium_words(m, texel)); }
 NearMedium near_medium(uint number, ivec3 voxel, vec3 fraction) {
   NearMedium m;
-  m.at = picture.media.x + number * kMediumWords;
-  m.kind = lighting[m.at + kMedKind];
-  m.origin = fraction - lighting_place(m.at + kMedVoxel, voxel);
+  m.at = int(number * kMediumTexels);
+  const uvec4 place = medium_words(m, kMedVoxel);
+  const vec4 in_voxel = medium_texel(m, kMedFraction);
+  m.kind = place.w;
+  m.scale = in_voxel.w;
+  m.origin = fraction - (vec3(ivec3(place.xyz) - voxel) + in_voxel.xyz);
   return m;
 }
+vec3 medium_extinction(const NearMedium m) { return medium_texel(m, kMedExtinction).xyz; }
 
-vec2 grid_span(uint at, vec3 origin, vec3 direction) {
-  const float size = lighting_float(at + kMedScale);
-  const vec3 low = lighting_vec3(at + kMedLow) * size, high = lighting_vec3(at + kMedHigh) * size;
+/// Whether it is of this kind: software runs all branches that may be taken, so those of absent kinds aren't there.
+bool is_of_kind(const NearMedium m, uint kind) {
+  return (kMediumKinds >> kind & 1u) != 0u && (kMediumKinds == 1u << kind || m.kind == kind);
+}
+
+MediumShape medium_shape(const NearMedium m) {
+  MediumShape shape;
+  shape.half_extent = medium_texel(m, kMedHalfExtent).xyz;
+  shape.normal = medium_texel(m, kMedNormal).xyz;
+  shape.scale_height = m.scale;
+  return shape;
+}
+
+vec2 grid_span(const NearMedium m, vec3 direction) {
+  const vec3 low = medium_texel(m, kMedHalfExtent).xyz * m.scale, high = medium_texel(m, kMedNormal).xyz * m.scale;
   vec2 span = medium_everywhere();
   for (int a = 0; a < 3; ++a) {
-    const float to_low = low[a] - origin[a], to_high = high[a] - origin[a];
+    const float to_low = low[a] - m.origin[a], to_high = high[a] - m.origin[a];
     if (direction[a] == 0.0) {
       if (to_low > 0.0 || to_high < 0.0) return medium_nowhere();
       continue;
@@ -51,16 +67,16 @@ vec2 grid_span(uint at, vec3 origin, vec3 direction) {
 float grid_sample(uint table, ivec3 low, ivec3 size, ivec3 voxel) {
   const ivec3 leaf = (voxel >> 3) - low;
   if (any(lessThan(leaf, ivec3(0))) || any(greaterThanEqual(leaf, size))) return 0.0;
-  const uint brick = lighting[table + 6u + uint((leaf.x * size.y + leaf.y) * size.z + leaf.z)];
+  const uint brick = lighting[table + kMediumLeavesHead + uint((leaf.x * size.y + leaf.y) * size.z + leaf.z)];
   if (brick == 0u) return 0.0;
   const ivec3 v = voxel & 7;
   return lighting_float(brick + uint(v.x * 64 + v.y * 8 + v.z));
 }
 
-float grid_density(uint at, vec3 voxels) {
-  const uint table = lighting[at + kMedLeaves];
+float grid_density(const NearMedium m, vec3 voxels) {
+  const uint table = medium_words(m, kMedEmission).w;
   const ivec3 low = lighting_ivec3(table), size = lighting_ivec3(table + 3u);
-  if (lighting[at + kMedTrilinear] == 0u) return grid_sample(table, low, size, ivec3(floor(voxels)));
+  if (medium_words(m, kMedInSun).w == 0u) return grid_sample(table, low, size, ivec3(floor(voxels)));
   const vec3 shifted = voxels - 0.5, base = floor(shifted), f = shifted - base;
   const ivec3 v = ivec3(base);
   float sum = 0.0;
@@ -74,26 +90,36 @@ float grid_density(uint at, vec3 voxels) {
 }
 
 vec2 span_of(const NearMedium m, vec3 direction) {
-  if (m.kind == kMediumDensityGrid) return grid_span(m.at, m.origin, direction);
-  return medium_span(m.kind, medium_shape(m.at), m.origin, direction);
+  const MediumShape shape = medium_shape(m);
+#define MEDIUM(name) \
+  if (is_of_kind(m, MEDIUM_##name)) return name##_span(shape, m.origin, direction);
+#include "world_media.list.h"
+#undef MEDIUM
+  if (is_of_kind(m, kMediumDensityGrid)) return grid_span(m, direction);
+  return medium_nowhere();
 }
 
 /// The integral of the density over [t0, t1], m; of a density grid in so many steps.
 float depth_in_steps(const NearMedium m, vec3 direction, float t0, float t1, uint steps) {
-  if (m.kind != kMediumDensityGrid) return medium_depth(m.kind, medium_shape(m.at), m.origin, direction, t0, t1);
-  const vec2 span = grid_span(m.at, m.origin, direction);
+  const vec2 span = span_of(m, direction);
   t0 = max(t0, span.x);
   t1 = min(t1, span.y);
   if (!(t0 < t1)) return 0.0;
-  const float inverse = 1.0 / lighting_float(m.at + kMedScale);
+  const MediumShape shape = medium_shape(m);
+#define MEDIUM(name) \
+  if (is_of_kind(m, MEDIUM_##name)) return name##_depth(shape, m.origin, direction, t0, t1);
+#include "world_media.list.h"
+#undef MEDIUM
+  if (!is_of_kind(m, kMediumDensityGrid)) return 0.0;
+  const float inverse = 1.0 / m.scale;
   const float stretch = (t1 - t0) / float(steps);
   float sum = 0.0;
   for (uint i = 0u; i < steps; ++i)
-    sum += grid_density(m.at, (m.origin + (t0 + (float(i) + 0.5) * stretch) * direction) * inverse);
+    sum += grid_density(m, (m.origin + (t0 + (float(i) + 0.5) * stretch) * direction) * inverse);
   return sum * stretch;
 }
 float depth_of(const NearMedium m, vec3 direction, float t0, float t1) {
-  return depth_in_steps(m, direction, t0, t1, picture.media.z);
+  return depth_in_steps(m, direction, t0, t1, picture.media.y);
 }
 
 vec3 attenuation(vec3 sigma, float depth) {
@@ -103,9 +129,9 @@ vec3 attenuation(vec3 sigma, float depth) {
 /// What passes from a point along a direction up to t_end.
 vec3 media_transmittance(ivec3 voxel, vec3 fraction, vec3 direction, float t_end) {
   vec3 passed = vec3(1.0);
-  for (uint i = 0u; i < picture.media.y; ++i) {
+  for (uint i = 0u; i < picture.media.x; ++i) {
     const NearMedium m = near_medium(i, voxel, fraction);
-    passed *= attenuation(lighting_vec3(m.at + kMedExtinction), depth_of(m, direction, 0.0, t_end));
+    passed *= attenuation(medium_extinction(m), depth_of(m, direction, 0.0, t_end));
   }
   return passed;
 }
@@ -117,10 +143,10 @@ float phase_density(float g, float cosine) {
 }
 
 /// A medium's own radiance along a direction, with what it scatters in. sun: what arrives of the sun's light.
-vec3 medium_source(uint at, vec3 direction, vec3 sun) {
-  return lighting_vec3(at + kMedEmission) +
-         sun * lighting_vec3(at + kMedInSun) *
-             phase_density(lighting_float(at + kMedAnisotropy), dot(picture.sun.xyz, direction));
+vec3 medium_source(const NearMedium m, vec3 direction, vec3 sun) {
+  return medium_texel(m, kMedEmission).xyz +
+         sun * medium_texel(m, kMedInSun).xyz *
+             phase_density(medium_texel(m, kMedExtinction).w, dot(picture.sun.xyz, direction));
 }
 
 /// What is seen through the media and of them alone: value multiplies what lies behind.
@@ -131,22 +157,22 @@ struct FogView {
 /// Goes on with a view that ends at t.
 void see_fog(inout FogView view, ivec3 voxel, vec3 fraction, vec3 direction, float t, float t_end, vec3 sun) {
   // Between the ends of stretches the set of media is the same.
-  for (uint part = 0u; part <= 2u * picture.media.y && t < t_end; ++part) {
+  for (uint part = 0u; part <= 2u * picture.media.x && t < t_end; ++part) {
     float next = t_end;
-    for (uint i = 0u; i < picture.media.y; ++i) {
+    for (uint i = 0u; i < picture.media.x; ++i) {
       const vec2 span = span_of(near_medium(i, voxel, fraction), direction);
       if (!(span.x < span.y)) continue;
       if (span.x > t) next = min(next, span.x);
       if (span.y > t) next = min(next, span.y);
     }
     vec3 depth = vec3(0.0), shine = vec3(0.0);
-    for (uint i = 0u; i < picture.media.y; ++i) {
+    for (uint i = 0u; i < picture.media.x; ++i) {
       const NearMedium m = near_medium(i, voxel, fraction);
       const vec2 span = span_of(m, direction);
       if (!(span.x < span.y) || span.x >= next || span.y <= t) continue;
       const float d = depth_of(m, direction, t, next);
       if (!(d > 0.0)) continue;
-      const vec3 sigma = lighting_vec3(m.at + kMedExtinction), source = medium_source(m.at, direction, sun);
+      const vec3 sigma = medium_extinction(m), source = medium_source(m, direction, sun);
       for (int b = 0; b < 3; ++b) {
         if (!(sigma[b] > 0.0)) continue;
         depth[b] += sigma[b] * d;
@@ -168,13 +194,13 @@ float fog_shift = 0.5;
 /// All media's depth over [t0, t1], the mean of the bands: about that, in density grids.
 float mean_depth(ivec3 voxel, vec3 fraction, vec3 direction, float t0, float t1) {
   float sum = 0.0;
-  for (uint i = 0u; i < picture.media.y; ++i) {
+  for (uint i = 0u; i < picture.media.x; ++i) {
     const NearMedium m = near_medium(i, voxel, fraction);
     const vec2 span = span_of(m, direction);
     const float from = max(t0, span.x), to = min(t1, span.y);
     if (!(from < to)) continue;
-    sum += dot(lighting_vec3(m.at + kMedExtinction), vec3(1.0 / 3.0)) *
-           depth_in_steps(m, direction, from, to, uint(kFogShaftGridSteps));
+    sum +=
+        dot(medium_extinction(m), vec3(1.0 / 3.0)) * depth_in_steps(m, direction, from, to, uint(kFogShaftGridSteps));
   }
   return sum;
 }
@@ -182,7 +208,7 @@ float mean_depth(ivec3 voxel, vec3 fraction, vec3 direction, float t0, float t1)
 /// Where the pieces lie; x >= y: the ray meets no medium.
 vec2 fog_shaft_span(ivec3 voxel, vec3 fraction, vec3 direction, float t_end) {
   vec2 all = vec2(t_end, 0.0);
-  for (uint i = 0u; i < picture.media.y; ++i) {
+  for (uint i = 0u; i < picture.media.x; ++i) {
     const vec2 span = span_of(near_medium(i, voxel, fraction), direction);
     if (span.x < span.y) all = vec2(min(all.x, max(span.x, 0.0)), max(all.y, min(span.y, t_end)));
   }
@@ -242,7 +268,7 @@ FogWalk begin_fog(ivec3 voxel, vec3 fraction, vec3 direction, float t_end) {
   w.t = 0.0;
   if (!kFogShafts) return w;
   w.span = fog_shaft_span(voxel, fraction, direction, t_end);
-  w.pieces = w.span.x < w.span.y ? picture.media.w : 0u;
+  w.pieces = w.span.x < w.span.y ? picture.media.z : 0u;
   w.last = w.pieces > 0u ? 0.0 : kMediumFar;
   w.at = 0u;
   return w;
