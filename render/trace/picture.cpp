@@ -255,7 +255,8 @@ world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& c
   }
 
   const SeeThroughKinds kinds(view.palette());
-  const bool straight = knobs.transparency != Transparency::opaque && kinds.called_for(view.store().census());
+  const bool any = kinds.called_for(view.store().census());
+  const bool straight = any && knobs.transparency != Transparency::opaque;
   std::optional<WorldLit> lit;
   if (source) lit.emplace(*source, view, sky, knobs);
   const TransportScene of_threads{&scene,
@@ -265,7 +266,8 @@ world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& c
                                   nullptr,
                                   straight ? &kinds : nullptr,
                                   {bodies, camera.position},
-                                  lit ? &*lit : nullptr};
+                                  lit ? &*lit : nullptr,
+                                  any && tints_sun(knobs) ? &kinds : nullptr};
   Picture picture(of_threads, camera, sampling.seed, film);
   Clock::time_point saved = Clock::now();
   const uint32_t wanted = static_cast<uint32_t>(knobs.spp);

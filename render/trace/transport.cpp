@@ -192,9 +192,8 @@ Arrival Transport::arrival(TraceRay ray, const LightSample& light, ShadowTrackin
   }
   const bool named = target.kind == LightKind::voxel || target.kind == LightKind::triangle;
   const uint32_t not_this = target.kind == LightKind::luminaire ? target.index : UINT32_MAX;
-  // Where the eye looks straight through blocks, so does the sun.
   const bool tinted = target.kind == LightKind::sun && tints_sun(knobs());
-  const SeeThroughKinds* const straight = tinted ? shared.see_through : nullptr;
+  const SeeThroughKinds* const straight = tinted ? shared.sun_through : nullptr;
   uint16_t medium = straight ? straight->kind(tracer.block_of(ray.ray)) : 0;
   // Else only what is opaque holds light back that comes straight, as for the other backends; paths meet all there is.
   const bool opaque_alone = !tinted && (knobs().light_transport == LightTransport::direct ||

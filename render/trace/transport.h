@@ -49,6 +49,7 @@ struct TransportScene {
   const SeeThroughKinds* see_through = nullptr;  // blocks that direct and ambient_occlusion look straight through
   TracedBodies bodies{};                         // that rays of whitted meet
   const WorldLit* lit = nullptr;                 // of direct, in place of the open sky's light
+  const SeeThroughKinds* sun_through = nullptr;  // blocks that the sun's light goes straight through
 };
 
 /// Light that goes straight from a light to a point: `value` is the share that arrives, the others as in Transmittance.
