@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "render/bsdf/bsdf.h"
+
 namespace render {
 
 namespace {
@@ -13,16 +15,16 @@ bool is_see_through(const world::Block& b) {
   return b.bsdf == "coverage" && b.coverage < 1;
 }
 
-shared::SeeThroughBlock describe(const world::Block& b, size_t id) {
+shared::SeeThroughBlock describe(const world::Block& b, size_t id, float index_air) {
   shared::SeeThroughBlock s;
   const uint32_t kind = b.bsdf == "dielectric" ? shared::kSeeThroughDielectric
                         : b.bsdf == "thin"     ? shared::kSeeThroughThin
                                                : shared::kSeeThroughCoverage;
   const bool solid = kind == shared::kSeeThroughDielectric;
-  s.absorption = {b.absorption.r, b.absorption.g, b.absorption.b, solid ? b.index_of_refraction : 1.0f};
+  const float eta = bsdf_parameters(b, index_air, false).eta;
+  s.absorption = {b.absorption.r, b.absorption.g, b.absorption.b, solid ? eta : 1.0f};
   s.matte = {b.albedo.r, b.albedo.g, b.albedo.b, static_cast<float>(kind)};
-  // As bsdf_parameters(): a sheet without an index has no smooth surface that mirrors.
-  s.transmission = {b.transmission.r, b.transmission.g, b.transmission.b, b.index_of_refraction};
+  s.transmission = {b.transmission.r, b.transmission.g, b.transmission.b, eta};
   // As render/shading.h: six faces of 1 m^2 radiate P = 6 pi A L.
   const float emit = 1.0f / (6 * 3.14159265358979f);
   s.emitted = {b.emission.r * emit, b.emission.g * emit, b.emission.b * emit, b.coverage};
@@ -41,7 +43,7 @@ SeeThroughKinds::SeeThroughKinds(const world::BlockPalette& palette) {
     if (id == world::kAir || !is_see_through(block)) continue;
     kind_[id] = static_cast<uint16_t>(blocks_.size());
     flags_[id] = 1;
-    blocks_.push_back(describe(block, id));
+    blocks_.push_back(describe(block, id, palette[world::kAir].index_of_refraction));
   }
 }
 

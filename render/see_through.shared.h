@@ -33,8 +33,8 @@ SHARED_CONST uint kSeeThroughDielectric = 0u;
 SHARED_CONST uint kSeeThroughThin = 1u;
 SHARED_CONST uint kSeeThroughCoverage = 2u;
 
-/* What rays need to know of a block; air is the one with everything at its start. Members of 16 bytes, so that every
- * layout rule places them alike. */
+/* What rays need to know of a block; air is the one with everything at its start: indices of refraction are over that
+ * of air. Members of 16 bytes, so that every layout rule places them alike. */
 struct SeeThroughBlock {
   vec4 absorption SHARED_INIT(vec4(0, 0, 0, 1));   /* 1/m; w: index of refraction of the inside, 1 for sheets */
   vec4 matte SHARED_INIT(vec4(0));                 /* matte albedo of a sheet; w: kSeeThrough... */
