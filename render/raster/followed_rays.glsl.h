@@ -54,15 +54,24 @@ vec3 walk_sky(BlockWalk w, vec3 direction) {
   return mirrored_sky(vec3(w.start - picture.camera_voxel.xyz) + w.fraction + w.t * w.direction, direction);
 }
 
-/// What a ray shows that starts in a medium, as the eye sees it: surfaces shaded by face_radiance(), layers before them
-/// straight on, or with `bends` refracted by Snell's law. What layers mirror is the sky. Shapes of blocks, triangles of
-/// meshes and bodies end it as surfaces do; particles don't.
-vec3 followed_radiance(ivec3 voxel, vec3 fraction, vec3 direction, uint medium, bool bends) {
-  vec3 added = vec3(0), through = vec3(1);
+/// A share of the picture below which a mirrored ray is not worth its cost.
+const float kLeastMirrored = 0.004;
+
+/// Where a ray starts, and how much of what it shows comes to the eye; 0: there is none.
+struct FollowedRay {
+  ivec3 voxel;
+  vec3 fraction, direction, through;
+  uint medium;
+};
+
+/// What one ray shows; `mirrored_ray`: the first part of it that is mirrored where it bends, if that is worth it.
+vec3 ray_radiance(FollowedRay ray, bool bends, inout int interfaces, out FollowedRay mirrored_ray) {
+  mirrored_ray.through = vec3(0);
+  vec3 added = vec3(0), through = ray.through;
+  uint medium = ray.medium;
   const float n_eye = layer_block(medium).absorption.w;
   float last = 0.0;
-  BlockWalk w = begin_walk(voxel, fraction, direction);
-  int interfaces = 0;
+  BlockWalk w = begin_walk(ray.voxel, ray.fraction, ray.direction);
   StraightEnd end = straight_end(w);
   for (int steps = 0; steps < 4096; ++steps) {
     if (kMeshes || kBodies) {
@@ -105,7 +114,10 @@ vec3 followed_radiance(ivec3 voxel, vec3 fraction, vec3 direction, uint medium, 
       mirrored[w.axis] = -mirrored[w.axis];
       const bool total =
           bends && n_near != n_far && of.matte.w == float(kSeeThroughDielectric) && shares.passed == vec3(0);
-      if (!total) added += through * shares.mirrored * walk_sky(w, mirrored);
+      const vec3 to_mirrored = through * shares.mirrored;
+      const bool follows = bends && n_near != n_far && !total && mirrored_ray.through == vec3(0) &&
+                           max(to_mirrored.x, max(to_mirrored.y, to_mirrored.z)) > kLeastMirrored;
+      if (!total && !follows) added += to_mirrored * walk_sky(w, mirrored);
       if (kLayerMatte && shares.matte > 0.0)
         added += through * shares.matte * face_radiance(crossed_point(w, uint(of.block.x)));
       else if (owner == kind)
@@ -123,6 +135,7 @@ vec3 followed_radiance(ivec3 voxel, vec3 fraction, vec3 direction, uint medium, 
           before = beyond;
           place.y = place_before.y = float(w.level) / 16.0;
         }
+        if (follows) mirrored_ray = FollowedRay(before, place_before, mirrored, to_mirrored, medium);
         if (total) {
           w = begin_walk(before, place_before, mirrored);
         } else {
@@ -160,6 +173,22 @@ vec3 followed_radiance(ivec3 voxel, vec3 fraction, vec3 direction, uint medium, 
   through *= absorbed_along(layer_block(medium).absorption.xyz, 1e30);
   return added + through * radiance_scale(layer_block(layers.eye.x).absorption.w, layer_block(medium).absorption.w) *
                      walk_sky(w, w.direction);
+}
+
+/// What a ray shows that starts in a medium, as the eye sees it: surfaces shaded by face_radiance(), layers before them
+/// straight on, or with `bends` refracted by Snell's law. What layers mirror is the sky, but where a ray bends first:
+/// what that mirrors is followed as the ray is. Shapes of blocks, triangles of meshes and bodies end rays as surfaces
+/// do; particles don't.
+vec3 followed_radiance(ivec3 voxel, vec3 fraction, vec3 direction, uint medium, bool bends) {
+  FollowedRay ray = FollowedRay(voxel, fraction, direction, vec3(1), medium);
+  vec3 seen = vec3(0);
+  int interfaces = 0;
+  while (ray.through != vec3(0)) {
+    FollowedRay mirrored_ray;
+    seen += ray_radiance(ray, bends, interfaces, mirrored_ray);
+    ray = mirrored_ray;
+  }
+  return seen;
 }
 
 #endif

@@ -18,9 +18,6 @@ layout(binding = kBindLayerTileListed, std430) writeonly buffer TileListed { uin
 layout(binding = kBindLayerTiles) uniform usamplerBuffer tiles;
 layout(push_constant) uniform Slice { uint first_group; };  // of the listed tiles
 
-/// A share of the picture below which a mirrored ray is not worth its cost.
-const float kLeastMirrored = 0.004;
-
 uvec2 own_node = uvec2(0);  // of the pixel
 /// Of a node the interface and its plane; and the node before it, 0: none.
 uvec2 interface_in(uint node) {
