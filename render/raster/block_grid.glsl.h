@@ -137,6 +137,8 @@ FacePoint crossed_point(BlockWalk w, uint block) {
     p.front = w.voxel + ivec3(0, 1, 0);
     p.fraction.y = 0.0;
   }
+  p.layer = p.bare = false;
+  p.level = w.level;
   p.to_eye = -w.direction;
   p.step_x = p.step_y = vec3(0);
   return p;

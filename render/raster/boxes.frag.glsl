@@ -1,9 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Each face of a body has one radiance.
-#include "render/raster/raster.shared.h"
-
-layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
+// Each face of a body has one radiance, which media dim.
+#include "render/raster/shading/media.glsl.h"
 #include "render/raster/mirror.glsl.h"
 
 layout(location = 0) flat in vec3 radiance;
@@ -13,4 +11,10 @@ layout(location = 0) out vec4 colour;
 void main() {
   if (behind_mirror(hit)) discard;
   colour = vec4(radiance, 1);
+  if (kMedia) {
+    if (kFogShafts) fog_shift = fog_shaft_shift(floor(gl_FragCoord.x), floor(gl_FragCoord.y));
+    const float distance = length(hit);
+    const FogView fog = fog_along(picture.camera_voxel.xyz, picture.fraction.xyz, hit / distance, distance);
+    colour.rgb = fog.value * radiance + fog.added;
+  }
 }

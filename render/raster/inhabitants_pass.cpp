@@ -22,12 +22,14 @@ world::Status BodiesPass::prepare(PassContext& context, const Drawing& drawing, 
   const std::vector<shared::DrawnBox> boxes =
       drawn_bodies(drawing.view, drawing.inhabitants, drawing.camera, drawing.knobs, drawing.width, drawing.height);
   count_ = static_cast<uint32_t>(boxes.size());
-  Pipeline& pipeline = drawing.behind ? behind_mirror_ : pipeline_;
+  std::vector<Constant> constants = shading_constants(drawing);
+  constants.push_back({kSpecClips, drawing.behind != nullptr});
+  Pipeline& pipeline = pipelines_[constants];
   if (!pipeline) {
     TRY(pipeline, make_graphics(context.device, boxes_vert_spv, boxes_frag_spv,
-                                {.colour = {kColourFormat}, .depth = context.targets.depth_format},
-                                std::vector<Constant>{{kSpecClips, drawing.behind != nullptr}}));
+                                {.colour = {kColourFormat}, .depth = context.targets.depth_format}, constants));
   }
+  drawn_by_ = &pipeline;
   TRY_STATUS(context.fill(boxes_, boxes.data(), count_ * sizeof(shared::DrawnBox), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
   // Rays ask the binding how many there are.
   if (count_)
@@ -37,14 +39,14 @@ world::Status BodiesPass::prepare(PassContext& context, const Drawing& drawing, 
   return {};
 }
 
-void BodiesPass::record(VkCommandBuffer commands, PassContext& context, const Drawing& drawing) {
+void BodiesPass::record(VkCommandBuffer commands, PassContext& context, const Drawing&) {
   const Targets& targets = context.targets;
   const VkImageView colour = targets.colour.view;
   image_barrier(commands, targets.colour.handle, VK_IMAGE_ASPECT_COLOR_BIT, kComputeReadWrite, kColourReadWrite);
   image_barrier(commands, targets.depth.handle, VK_IMAGE_ASPECT_DEPTH_BIT,
                 kDepthReadWrite | kComputeRead | kFragmentRead, kDepthReadWrite);
   begin_rendering(commands, targets, {&colour, 1}, targets.depth.view, false);
-  context.bindings.use(commands, drawing.behind ? behind_mirror_ : pipeline_);
+  context.bindings.use(commands, *drawn_by_);
   vkCmdDraw(commands, 36, count_, 0, 0);
   vkCmdEndRendering(commands);
   image_barrier(commands, targets.colour.handle, VK_IMAGE_ASPECT_COLOR_BIT, kColourReadWrite,

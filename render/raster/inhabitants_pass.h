@@ -2,6 +2,9 @@
 /// blocks, which may lie before them; balls from far to near at the end: they look up how far each pixel's surface is.
 #pragma once
 
+#include <map>
+#include <vector>
+
 #include "render/inhabitants.h"
 #include "render/raster/pass.h"
 
@@ -15,7 +18,8 @@ class BodiesPass : public Pass {
   world::Status finish(PassContext& context, FrameReport& report) override;
 
  private:
-  Pipeline pipeline_, behind_mirror_;
+  std::map<std::vector<Constant>, Pipeline> pipelines_;
+  const Pipeline* drawn_by_ = nullptr;
   gpu::Buffer boxes_;
   uint32_t count_ = 0;
 };

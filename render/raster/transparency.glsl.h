@@ -99,6 +99,7 @@ vec3 matte_radiance(Interface i, vec3 ray, vec3 direction) {
       face_point(uint(layer_block(i.owner).block.x), i.face, i.t * ray + picture.fraction.xyz, i.plane, -direction);
   p.layer = true;
   p.bare = !i.outside;
+  p.level = i.level;
   if (kTextures != kTextureOff) {
     p.step_x = texture_step(i.t * ray, ray, picture.step_x.xyz, int(i.face >> 1u));
     p.step_y = texture_step(i.t * ray, ray, picture.step_y.xyz, int(i.face >> 1u));

@@ -356,7 +356,15 @@ class Picture {
   }
 
   GridRay ray_to_sun(const GridRay& ray, const GridHit& hit, const ProxyHit& on_shape) const {
-    if (on_shape.part == kNoPart) return world::ray_from_surface(ray, hit, sky_.environment.sun_direction);
+    if (on_shape.part == kNoPart) {
+      GridRay to_sun = world::ray_from_surface(ray, hit, sky_.environment.sun_direction);
+      if (!levels_ || hit.face != world::kFacePosY) return to_sun;
+      if (const int level = levels_->at(hit.voxel); level < kFullLevel) {
+        to_sun.voxel.y = hit.voxel.y;
+        to_sun.fraction.y = double(level) / kFullLevel;
+      }
+      return to_sun;
+    }
     GridRay to_sun;
     to_sun.voxel = hit.voxel;
     to_sun.fraction = clamp(on_shape.point, Vec3d(0), Vec3d(1));
@@ -412,7 +420,7 @@ class Picture {
         sun = 0;
       if (knobs_.sun_shadow == SunShadow::ray && sun > 0) {
         ++spent.shadow_rays;
-        if (shadows_.any_set(world::ray_from_surface(ray, layer.at, sky_.environment.sun_direction))) sun = 0;
+        if (shadows_.any_set(ray_to_sun(ray, layer.at, {}))) sun = 0;
       }
       if (sun > 0) sun *= sky_.sun_through(camera_ + layer.at.t * ray.direction);
       Rgb tint{1, 1, 1};
@@ -590,7 +598,9 @@ class RaycastBackend : public Backend {
     const bool reads = reads_light(view.world(), knobs);
     if (reads) TRY_STATUS(check_light(light, knobs));
     if (!reads || calls_for_trace_scene(view.world()) || knobs.direct_gloss == DirectGloss::lobe) {
-      const bool meets_bodies = knobs.light_transport == LightTransport::whitted;
+      const bool meets_bodies = knobs.light_transport == LightTransport::direct ||
+                                knobs.light_transport == LightTransport::ambient_occlusion ||
+                                knobs.light_transport == LightTransport::whitted;
       std::vector<shared::DrawnBox> boxes;
       if (meets_bodies) boxes = drawn_bodies(view, inhabitants, camera, knobs, width, height);
       TRY(Frame traced, trace(view, camera, knobs, width, height, reads, boxes));

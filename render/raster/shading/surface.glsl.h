@@ -16,6 +16,7 @@ struct FacePoint {
   vec3 step_x, step_y;  // on the face's plane to what the next pixels see, m; 0 where that isn't known
   bool layer;           // of a see-through block: the part of it that is there, however much that is
   bool bare;            // seen from within its block, where no texture is
+  uint level;           // sixteenths that a liquid's top is high in the voxel behind the face; 0: it is on the face
 };
 
 /// The point where a ray from the camera's voxel meets a face: `hit` relative to that voxel, `plane` the face's own
@@ -27,6 +28,7 @@ FacePoint face_point(uint block, uint face, vec3 hit, int plane, vec3 to_eye) {
   p.to_eye = to_eye;
   p.step_x = p.step_y = vec3(0.0);
   p.layer = p.bare = false;
+  p.level = 0u;
   ivec3 start = ivec3(floor(hit));
   vec3 fraction = hit - vec3(start);
   const uint axis = face >> 1;
@@ -79,9 +81,16 @@ vec3 scattered_light(const LitPoint p, const Scatterer s, vec3 lit, vec3 sun) {
 vec3 face_radiance(const FacePoint p) {
   const uint face = p.face, axis = face >> 1;
   const bool positive = (face & 1u) == 1u;
+  // Where rays to lights start.
+  ivec3 start = p.front;
+  vec3 place = p.fraction;
+  if (kLiquidLevels && p.level != 0u && face == 3u) {
+    --start.y;
+    place.y = float(p.level) / 16.0;
+  }
   const vec4 in_sun = sun_lit(face);
   bool visible = in_sun.w != 0.0;
-  if (kSunShadow == kSunShadowRay && visible) visible = sun_visible(p.front, p.fraction, kNoTriangle);
+  if (kSunShadow == kSunShadowRay && visible) visible = sun_visible(start, place, kNoTriangle);
   vec3 lit = sky_lit(face);
   if (kLight != kLightNone || kCornerOcclusion) {
     ivec3 voxel = p.front;
@@ -110,12 +119,12 @@ vec3 face_radiance(const FacePoint p) {
     lit = light_on_face(voxel, face, at, code);
   }
   vec3 sun = vec3(visible ? 1.0 : 0.0);
-  if (kSunShadow == kSunShadowMap && visible) sun = vec3(sun_by_map(p.front, p.fraction, axis, kNoTriangle));
-  if (kSunBlockers && visible) sun *= sun_let_through(p.front, p.fraction);
-  if (kCloudShadows && visible) sun *= sun_through_clouds(p.front, p.fraction);
+  if (kSunShadow == kSunShadowMap && visible) sun = vec3(sun_by_map(start, place, axis, kNoTriangle));
+  if (kSunBlockers && visible) sun *= sun_let_through(start, place);
+  if (kCloudShadows && visible) sun *= sun_through_clouds(start, place);
   LitPoint at;
-  at.voxel = p.front;
-  at.fraction = p.fraction;
+  at.voxel = start;
+  at.fraction = place;
   at.normal = vec3(0.0);
   at.normal[axis] = positive ? 1.0 : -1.0;
   at.to_eye = p.to_eye;
