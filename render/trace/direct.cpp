@@ -103,20 +103,26 @@ bool meet_layer(Transport& t, Layers& layers, const Surface& s, const Vec3d& dir
   return true;
 }
 
-/// The first surface from the camera that none looks straight through, with the layers and the fog before it.
+/// The first surface from the camera that none looks straight through, or a body before it, with the layers and the fog
+/// before that. Fog is that of the whole way, whose shafts are cut into the same pieces by the rasterizer.
 template <class Shade>
-Vec3d first_surface(Transport& t, TraceRay ray, Shade shade) {
+Vec3d first_surface(Transport& t, const TraceRay& camera_ray, Shade shade) {
   ++t.tracer.counts.camera_rays;
-  const double t_most = ray.ray.t_max;
-  const Vec3d direction = ray.ray.direction;
+  const double t_most = camera_ray.ray.t_max;
+  const Vec3d direction = camera_ray.ray.direction;
+  double t_body = t_most;
+  const glm::vec4* const body = t.shared.bodies.first(camera_ray.ray, t_body);
+  TraceRay ray = camera_ray;
   Layers layers;
   if (t.shared.see_through) layers.eye = layers.medium = t.shared.see_through->kind(t.tracer.block_of(ray.ray));
   FogView fog;
   for (;;) {
     const Vec3f absorption = t.tracer.absorption(ray);
     Surface s = t.tracer.intersect(ray, t.crossings);
+    const bool on_body = body && t_body < layers.passed + s.t;
+    if (on_body) s = {}, s.t = t_body - layers.passed;
     t.texture(s, ray, layers.passed, true);
-    const FogView here = t.fog_straight(ray, layers.passed, s);
+    const FogView here = t.fog_straight(ray, layers.passed, s, t_body);
     fog.added += fog.value * here.added;
     fog.value *= here.value;
     if (meet_layer(t, layers, s, direction, fog, shade)) {
@@ -128,7 +134,9 @@ Vec3d first_surface(Transport& t, TraceRay ray, Shade shade) {
       continue;
     }
     Vec3d seen(0);
-    if (!s.hit())
+    if (on_body)
+      seen = Vec3d(glm::vec3(*body));
+    else if (!s.hit())
       seen = seen_far(t, ray);
     else if (s.kind == SurfaceKind::luminaire)
       seen = Vec3d(s.emission);

@@ -113,18 +113,23 @@ bool calls_for_trace_scene(const world::World& world) {
 }
 
 TraceScene::TraceScene(const world::WorldView& view, uint32_t gloss, const SkyView& sky)
-    : view_(&view), gloss_(gloss), sky_(sky), grid_(view.masks(world::MaskKind::occupied)) {}
+    : view_(&view),
+      gloss_(gloss),
+      sky_(sky),
+      occupied_(view.masks(world::MaskKind::occupied)),
+      opaque_(view.masks(world::MaskKind::opaque)) {}
 
 world::Result<TraceScene> TraceScene::build(const world::WorldView& view, uint32_t gloss) {
-  return build(view, gloss, view.environment());
+  return build(view, gloss, view.environment(), RenderKnobs{});
 }
 
 world::Result<TraceScene> TraceScene::build(const world::WorldView& view, uint32_t gloss, const SkyView& sky,
-                                            LiquidSurface liquids, FogLight fog) {
+                                            const RenderKnobs& knobs, FogLight fog) {
   TRY_STATUS(check_bsdfs(view.palette()));
   TraceScene scene(view, gloss, sky);
-  scene.levels_.follow(view, liquids != LiquidSurface::full);
+  scene.levels_.follow(view, knobs.liquid_surface != LiquidSurface::full);
   TRY(scene.shapes_, world::block_shapes(view.palette()));
+  if (knobs.proxy_shapes == ProxyShapes::cube) std::ranges::fill(scene.shapes_.shape, nullptr);
   TRY(scene.meshes_, MeshScene::build(view.world()));
   scene.add_materials();
   TRY_STATUS(scene.add_media(fog));
@@ -316,7 +321,7 @@ bool Tracer::in_solid(const GridRay& ray) {
 /// From `place`, in a voxel of the block `from`, to the first voxel of another.
 bool Tracer::next_change(const GridAxes& axes, WalkPlace& place, double& t_limit, BlockId from, BlockId& to) {
   if (from == kAir) {
-    if (!scene_->grid().first_occupied(axes, place, t_limit)) return false;
+    if (!scene_->occupied().first_set(axes, place, t_limit)) return false;
     to = block(place.voxel);
     return true;
   }
@@ -472,16 +477,43 @@ void Tracer::meet_luminaires(const TraceRay& r, uint32_t not_this, Surface& s) {
   s.point = r.ray.fraction + s.t * r.ray.direction;
 }
 
+namespace {
+
+/// The surface with what the ray is inside of where it arrives; what it would cross behind is forgotten.
+Surface with_around(const TraceRay& ray, std::vector<Crossing>& crossings, Surface s) {
+  while (!crossings.empty() && crossings.back().t > s.t) crossings.pop_back();
+  s.around = ray.around;
+  for (const Crossing& c : crossings) c.enters ? s.around.enter(c.instance) : s.around.leave(c.instance);
+  return s;
+}
+
+}  // namespace
+
 Surface Tracer::intersect(const TraceRay& ray, std::vector<Crossing>& crossings, bool luminaires, uint32_t not_this) {
   Surface s;
   crossings.clear();
   meet_grid(ray, s);
   meet_meshes(ray, crossings, s);
   if (luminaires) meet_luminaires(ray, not_this, s);
-  while (!crossings.empty() && crossings.back().t > s.t) crossings.pop_back();
-  s.around = ray.around;
-  for (const Crossing& c : crossings) c.enters ? s.around.enter(c.instance) : s.around.leave(c.instance);
-  return s;
+  return with_around(ray, crossings, s);
+}
+
+Surface Tracer::intersect_meshes(const TraceRay& ray, std::vector<Crossing>& crossings) {
+  Surface s;
+  crossings.clear();
+  meet_meshes(ray, crossings, s);
+  return with_around(ray, crossings, s);
+}
+
+bool Tracer::meets_opaque(const GridRay& ray) {
+  const GridAxes axes(ray);
+  WalkPlace place{ray.voxel, 0, -1};
+  double t_limit = std::min(ray.t_max, std::numeric_limits<double>::max());
+  while (scene_->opaque().first_set(axes, place, t_limit)) {
+    if (level(place.voxel) == kFullLevel) return true;
+    if (!world::mask_walk::leave_cube(axes, place, 0, t_limit)) return false;
+  }
+  return false;
 }
 
 Vec3f Tracer::absorption(const TraceRay& ray) {

@@ -139,10 +139,10 @@ class TraceScene {
  public:
   /// `gloss`: which lobe glossy surfaces have, as of bsdf_parameters().
   static world::Result<TraceScene> build(const world::WorldView& view, uint32_t gloss = shared::kGlossFresnel);
-  /// With another sky than the world's. liquids: as high as they are, or all full. fog: what media scatter beside what
-  /// is followed.
+  /// With another sky than the world's, and what the knobs say of how high liquids stand and which shapes blocks have.
+  /// fog: what media scatter beside what is followed.
   static world::Result<TraceScene> build(const world::WorldView& view, uint32_t gloss, const SkyView& sky,
-                                         LiquidSurface liquids = LiquidSurface::level, FogLight fog = FogLight::none);
+                                         const RenderKnobs& knobs, FogLight fog = FogLight::none);
 
   struct Material {
     const Bsdf* bsdf = nullptr;
@@ -168,7 +168,8 @@ class TraceScene {
   const std::vector<SceneLuminaire>& luminaires() const { return luminaires_; }
   const std::vector<SceneMedium>& media() const { return media_; }
   const MeshScene& meshes() const { return meshes_; }
-  const GridCaster& grid() const { return grid_; }
+  const GridCaster& occupied() const { return occupied_; }
+  const GridCaster& opaque() const { return opaque_; }
   /// Any medium with strength, anywhere.
   bool has_media() const { return !media_.empty(); }
   /// Whose face a ray sees that goes from a voxel of one block into one of another: see the head of this file.
@@ -205,7 +206,7 @@ class TraceScene {
   const world::WorldView* view_;
   uint32_t gloss_;
   SkyView sky_;
-  GridCaster grid_;
+  GridCaster occupied_, opaque_;
   MeshScene meshes_;
   world::BlockShapes shapes_;
   LiquidLevels levels_;
@@ -247,6 +248,11 @@ class Tracer {
   /// `luminaires`: meets them too, except `not_this`, where the ray ends on it.
   Surface intersect(const TraceRay& ray, std::vector<Crossing>& crossings, bool luminaires = true,
                     uint32_t not_this = UINT32_MAX);
+  /// The first surface of a mesh, as intersect() finds it among all.
+  Surface intersect_meshes(const TraceRay& ray, std::vector<Crossing>& crossings);
+  /// Whether the ray meets a voxel that holds back light which comes straight: an opaque one, but no liquid that ends
+  /// within its voxel (render/light/shadow_voxels.h).
+  bool meets_opaque(const world::GridRay& ray);
   /// 1/m along a ray that starts so, up to its first surface.
   Vec3f absorption(const TraceRay& ray);
   world::BlockId block(world::VoxelPos voxel);

@@ -7,11 +7,11 @@ namespace render {
 
 class GridCaster {
  public:
-  explicit GridCaster(const world::MaskVolume& occupied) : walker_(occupied) {}
+  explicit GridCaster(const world::MaskVolume& volume) : walker_(volume) {}
 
-  /// From `place` on, its own voxel included, to the first voxel that is not air; exact, as the flat walk's. t_limit is
+  /// From `place` on, its own voxel included, to the first voxel that is set; exact, as the flat walk's. t_limit is
   /// finite and is brought down to where the ray leaves the world's content. False: there is none.
-  bool first_occupied(const world::GridAxes& axes, world::WalkPlace& place, double& t_limit) const {
+  bool first_set(const world::GridAxes& axes, world::WalkPlace& place, double& t_limit) const {
     if (!walker_.in_bounds(place.voxel) && !walker_.clip(axes, place, t_limit)) return false;
     return walker_.find(axes, place, t_limit);
   }

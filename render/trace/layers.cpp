@@ -29,7 +29,7 @@ uint32_t id_of(const Surface& s) {
 
 world::Status draw_layers(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs,
                           const Framebuffer& out) {
-  TRY(const TraceScene scene, TraceScene::build(view, shared::kGlossFresnel, view.environment(), knobs.liquid_surface));
+  TRY(const TraceScene scene, TraceScene::build(view, shared::kGlossFresnel, view.environment(), knobs));
   const PixelRays rays(camera, out.width(), out.height());
   const MeshesAround around = Tracer(scene).around(camera.position);
   PixelBuffer *depth = out[BufferKind::depth], *normal = out[BufferKind::normal], *id = out[BufferKind::material];

@@ -234,8 +234,7 @@ world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& c
   TRY(const SkyView sky, sky_view(view.environment(), knobs, made, camera.position.voxel));
   // Paths follow what fog scatters themselves.
   const FogLight fog = knobs.light_transport == LightTransport::path ? FogLight::none : knobs.fog_light;
-  TRY(const TraceScene scene,
-      TraceScene::build(view, static_cast<uint32_t>(knobs.gloss_lobe), sky, knobs.liquid_surface, fog));
+  TRY(const TraceScene scene, TraceScene::build(view, static_cast<uint32_t>(knobs.gloss_lobe), sky, knobs, fog));
   TextureSet textures;
   TRY_STATUS(textures.follow(view.palette(), knobs));
   const LightSet lights = LightSet::build(scene, knobs.light_transport == LightTransport::photons);
@@ -265,7 +264,7 @@ world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& c
                                   textures.empty() ? nullptr : &textures,
                                   nullptr,
                                   straight ? &kinds : nullptr,
-                                  {bodies, camera.position},
+                                  TracedBodies(bodies, camera.position),
                                   lit ? &*lit : nullptr,
                                   any && tints_sun(knobs) ? &kinds : nullptr};
   Picture picture(of_threads, camera, sampling.seed, film);

@@ -13,6 +13,32 @@ namespace render {
 
 using world::kInfinity;
 
+TracedBodies::TracedBodies(std::span<const shared::DrawnBox> boxes, const world::WorldPoint& eye)
+    : boxes_(boxes), eye_(eye) {
+  std::vector<world::Box> around;
+  for (const shared::DrawnBox& b : boxes) around.push_back({Vec3d(b.low), Vec3d(b.high)});
+  tree_ = world::BoxTree(around);
+}
+
+const glm::vec4* TracedBodies::first(const world::GridRay& ray, double& t) const {
+  if (boxes_.empty()) return nullptr;
+  const Vec3d from = world::WorldPoint{ray.voxel, ray.fraction} - eye_;
+  const auto meet = [&](int i) {
+    const shared::DrawnBox& box = boxes_[static_cast<size_t>(i)];
+    return shared::meet_box(glm::vec3(box.low) - glm::vec3(from), glm::vec3(box.high) - glm::vec3(from),
+                            glm::vec3(ray.direction));
+  };
+  const auto distance = [&](int i) {
+    const float met = meet(i).distance;
+    return met > 0 ? double{met} : -1.0;
+  };
+  const int nearest = tree_.nearest(from, ray.direction, distance, t);
+  if (nearest < 0) return nullptr;
+  const shared::BoxHit met = meet(nearest);
+  t = met.distance;
+  return &boxes_[static_cast<size_t>(nearest)].radiance[met.face];
+}
+
 TraceRay from_air(const TraceRay& ray, const std::vector<Crossing>& crossings, double t, const Vec3f& direction) {
   TraceRay start = ray;
   for (const Crossing& c : crossings)
@@ -108,7 +134,7 @@ FogView Transport::fog(const TraceRay& ray, double t_end) {
   return fog_before(ray, 0, t_end);
 }
 
-FogView Transport::fog_straight(const TraceRay& ray, double before, const Surface& surface) {
+FogView Transport::fog_straight(const TraceRay& ray, double before, const Surface& surface, double most) {
   if (!scene().has_media()) return {};
   if (shafts_ && before == 0) {
     // Look ahead to where the ray ends.
@@ -124,7 +150,7 @@ FogView Transport::fog_straight(const TraceRay& ray, double before, const Surfac
         shaft_crossings_.push_back(c);
       }
     }
-    cut_shafts(ray, end);
+    cut_shafts(ray, std::min(end, most));
   }
   return fog_before(ray, before, surface.t);
 }
@@ -195,19 +221,25 @@ Arrival Transport::arrival(TraceRay ray, const LightSample& light, ShadowTrackin
   const bool tinted = target.kind == LightKind::sun && tints_sun(knobs());
   const SeeThroughKinds* const straight = tinted ? shared.sun_through : nullptr;
   uint16_t medium = straight ? straight->kind(tracer.block_of(ray.ray)) : 0;
-  // Else only what is opaque holds light back that comes straight, as for the other backends; paths meet all there is.
-  const bool opaque_alone = !tinted && (knobs().light_transport == LightTransport::direct ||
-                                        knobs().light_transport == LightTransport::ambient_occlusion);
-  const auto lets_by = [&](const Surface& s) {
-    return opaque_alone && (s.kind == SurfaceKind::shape ||
-                            (s.kind == SurfaceKind::voxel && !scene().view().palette()[s.block].opaque));
+  // Light that comes straight is held back by what is opaque, and by luminaires never, as for the other backends; paths
+  // meet all there is.
+  const bool comes_straight =
+      knobs().light_transport == LightTransport::direct || knobs().light_transport == LightTransport::ambient_occlusion;
+  const auto told_already = [&](const Surface& s) {
+    return comes_straight && s.kind == SurfaceKind::voxel && scene().view().palette()[s.block].opaque;
   };
   double left = light.distance;
   for (;;) {
     // A face or triangle is known by its name; a point of a luminaire only by its distance.
     ray.ray.t_max = named ? left * (1 + kLuminaireTolerance) : left * (1 - kLuminaireTolerance);
-    const Vec3f absorption = opaque_alone && ray.around.count() == 0 ? Vec3f(0) : tracer.absorption(ray);
-    const Surface s = tracer.intersect(ray, shadow_crossings, true, not_this);
+    if (comes_straight && tracer.meets_opaque(ray.ray)) {
+      arrival.value = Vec3d(0);
+      return arrival;
+    }
+    const bool meshes_alone = comes_straight && !tinted;
+    const Vec3f absorption = meshes_alone && ray.around.count() == 0 ? Vec3f(0) : tracer.absorption(ray);
+    const Surface s = meshes_alone ? tracer.intersect_meshes(ray, shadow_crossings)
+                                   : tracer.intersect(ray, shadow_crossings, !comes_straight, not_this);
     const bool reached = !s.hit() ||
                          (target.kind == LightKind::voxel && s.kind == SurfaceKind::voxel && s.behind == target.voxel &&
                           s.face == target.face) ||
@@ -220,8 +252,8 @@ Arrival Transport::arrival(TraceRay ray, const LightSample& light, ShadowTrackin
       const bool layer = straight && s.kind == SurfaceKind::voxel && straight->contains(s.block);
       const uint16_t near = medium;
       if (layer) medium = straight->kind(s.beyond);
-      const Vec3d share = lets_by(s) ? Vec3d(1)
-                          : layer    ? Vec3d(straight_passed(*straight, s, near, medium, ray.ray.direction))
+      const Vec3d share = told_already(s) ? Vec3d(1)
+                          : layer         ? Vec3d(straight_passed(*straight, s, near, medium, ray.ray.direction))
                           : s.kind == SurfaceKind::luminaire || !scene().materials()[s.block].transmits
                               ? Vec3d(0)
                               : straight_share(s, wo);

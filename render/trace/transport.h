@@ -18,6 +18,7 @@
 #include "render/knobs.h"
 #include "render/trace/lights.h"
 #include "render/trace/volumes.h"
+#include "world/space/box_tree.h"
 
 namespace render {
 
@@ -28,10 +29,19 @@ constexpr uint32_t kPixelDimension = 0, kLensDimension = 2, kHeroDimension = 4, 
 constexpr uint32_t kPickLight = 0, kOnLight = 1, kScatter = 3, kRoulette = 6, kFreePath = 7, kOcclusion = 9,
                    kShadowPath = 10;
 
-/// Boxes relative to the eye.
-struct TracedBodies {
-  std::span<const shared::DrawnBox> boxes;
-  world::WorldPoint eye;
+/// Bodies as rays meet them.
+class TracedBodies {
+ public:
+  TracedBodies() = default;
+  /// Boxes relative to the eye, which outlive this.
+  TracedBodies(std::span<const shared::DrawnBox> boxes, const world::WorldPoint& eye);
+  /// What a body shows, which is the same from everywhere, where a ray meets one before `t`, which is then where.
+  const glm::vec4* first(const world::GridRay& ray, double& t) const;
+
+ private:
+  std::span<const shared::DrawnBox> boxes_;
+  world::WorldPoint eye_;
+  world::BoxTree tree_;
 };
 
 class PhotonMap;
@@ -47,7 +57,7 @@ struct TransportScene {
   const TextureSet* textures = nullptr;          // null: all blocks are even
   const PhotonMap* photons = nullptr;            // of the sample at hand, where light_transport asks for them
   const SeeThroughKinds* see_through = nullptr;  // blocks that direct and ambient_occlusion look straight through
-  TracedBodies bodies{};                         // that rays of whitted meet
+  TracedBodies bodies{};                         // that rays of direct, ambient_occlusion and whitted meet
   const WorldLit* lit = nullptr;                 // of direct, in place of the open sky's light
   const SeeThroughKinds* sun_through = nullptr;  // blocks that the sun's light goes straight through
 };
@@ -82,8 +92,9 @@ class Transport {
   /// of its shafts.
   FogView fog(const TraceRay& ray, double t_end);
   /// The same of a ray that is looked straight along, from surface to surface: `ray` starts `before` metres on and
-  /// meets `surface` next. Pieces of its shafts are those of all of the way, which are cut where `before` is 0.
-  FogView fog_straight(const TraceRay& ray, double before, const Surface& surface);
+  /// meets `surface` next. Pieces of its shafts are those of all of the way, `most` metres at most, which are cut where
+  /// `before` is 0.
+  FogView fog_straight(const TraceRay& ray, double before, const Surface& surface, double most);
   /// Whether it looks straight through a surface.
   bool looks_through(const Surface& surface) const;
   /// Radiance from the sky along a ray that leaves the scene.

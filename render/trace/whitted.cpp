@@ -15,19 +15,6 @@ namespace {
 constexpr int kDeepest = 24;          // where max_depth is 0
 constexpr double kLeastShare = 1e-4;  // of a pixel's light that is followed
 
-/// What a body shows, which is the same from everywhere, where a ray meets one before `t`, which is then where.
-const glm::vec4* first_body(const TracedBodies& bodies, const world::GridRay& ray, double& t) {
-  const glm::vec4* radiance = nullptr;
-  if (bodies.boxes.empty()) return radiance;
-  const glm::vec3 from(world::WorldPoint{ray.voxel, ray.fraction} - bodies.eye);
-  for (const shared::DrawnBox& box : bodies.boxes) {
-    const shared::BoxHit met =
-        shared::meet_box(glm::vec3(box.low) - from, glm::vec3(box.high) - from, glm::vec3(ray.direction));
-    if (met.distance > 0 && met.distance < t) t = met.distance, radiance = &box.radiance[met.face];
-  }
-  return radiance;
-}
-
 struct Recursion {
   Transport& t;
   const Sampler& sampler;
@@ -36,7 +23,7 @@ struct Recursion {
   Vec3d seen(const TraceRay& ray, int depth, double share) {
     const Vec3f absorption = t.tracer.absorption(ray);
     Surface s = t.tracer.intersect(ray, t.crossings);
-    const glm::vec4* const body = first_body(t.shared.bodies, ray.ray, s.t);
+    const glm::vec4* const body = t.shared.bodies.first(ray.ray, s.t);
     t.texture(s, ray, 0, vertex == 0);
     const FogView fog = t.fog(ray, s.t);
     Vec3d light = body ? Vec3d(glm::vec3(*body)) : s.hit() ? Vec3d(s.emission) : seen_far(t, ray);
