@@ -2,12 +2,14 @@
 /// held to its bound, and tools/gallery/agreement.md has the rows as they are here.
 ///
 /// LOAM_AGREEMENT=FILE loam_tools_tests --gtest_filter='*Agreement*'   writes the page, with what was measured
+/// LOAM_AGREEMENT_PICTURES=FOLDER   keeps both pictures of each row and camera, and 16 times their difference
 #include "tests/tools/agreement/table.h"
 
 #include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <memory>
@@ -22,6 +24,7 @@
 #include "render/effects/samples.h"
 #include "render/image/display.h"
 #include "render/image/flip.h"
+#include "render/image/png_exr.h"
 #include "render/raster/raster.h"
 #include "render/raycast/raycast.h"
 #include "tests/tools/agreement/document.h"
@@ -44,6 +47,23 @@ int difference(const Image8& a, const Image8& b, size_t pixel) {
   int worst = 0;
   for (size_t c = 3 * pixel; c < 3 * pixel + 3; ++c) worst = std::max(worst, std::abs(a.pixels[c] - b.pixels[c]));
   return worst;
+}
+
+/// Both pictures, and by how much they differ.
+void keep_pictures(const std::string& folder, const std::string& name, const Image8& by_raster, const Image8& by_rays) {
+  Image8 apart = by_rays;
+  for (size_t i = 0; i < apart.pixels.size(); ++i)
+    apart.pixels[i] = static_cast<uint8_t>(std::min(16 * std::abs(by_raster.pixels[i] - by_rays.pixels[i]), 255));
+  const std::filesystem::path in = folder;
+  EXPECT_TRUE(render::write_png(in / (name + "_raster.png"), by_raster).ok());
+  EXPECT_TRUE(render::write_png(in / (name + "_rays.png"), by_rays).ok());
+  EXPECT_TRUE(render::write_png(in / (name + "_difference.png"), apart).ok());
+}
+
+std::string row_name(size_t row) {
+  std::string name = fmt::format("{:03}_", row);
+  for (const char c : std::string(agreement_rows()[row].effect)) name += std::isalnum(c) ? c : '_';
+  return name;
 }
 
 /// Draws rows one after the other; those of one world share it.
@@ -175,6 +195,8 @@ TEST_P(Agreement, IsWithinTheRowsBound) {
   for (const world::CameraPlacement& placed : cameras()) {
     const render::Camera camera = render::Camera::from(placed);
     const Image8 by_raster = drawn(*raster_, camera, of_raster), by_rays = drawn(*raycast_, camera, of_rays);
+    if (const char* folder = std::getenv("LOAM_AGREEMENT_PICTURES"))
+      keep_pictures(folder, fmt::format("{}_{}", row_name(GetParam()), placed.name), by_raster, by_rays);
     size_t beyond = 0, elsewhere = 0, lit = 0;
     int most = 0;
     for (size_t p = 0; 3 * p < by_rays.pixels.size(); ++p) {
@@ -210,17 +232,13 @@ TEST_P(Agreement, IsWithinTheRowsBound) {
   measured_[GetParam()] = worst;
 }
 
-std::string row_name(const testing::TestParamInfo<size_t>& info) {
-  std::string name = fmt::format("{:03}_", info.param);
-  for (const char c : std::string(agreement_rows()[info.param].effect)) name += std::isalnum(c) ? c : '_';
-  return name;
-}
 std::vector<size_t> row_numbers() {
   std::vector<size_t> numbers(agreement_rows().size());
   std::iota(numbers.begin(), numbers.end(), size_t{0});
   return numbers;
 }
-INSTANTIATE_TEST_SUITE_P(Rows, Agreement, testing::ValuesIn(row_numbers()), row_name);
+INSTANTIATE_TEST_SUITE_P(Rows, Agreement, testing::ValuesIn(row_numbers()),
+                         [](const auto& of) { return row_name(of.param); });
 
 }  // namespace
 }  // namespace tools

@@ -194,10 +194,8 @@ World shapes_under_water() {
   return w;
 }
 
-/// Two balls of smoke as the world's density.
-PicturedWorld smoke() {
-  World w(world::standard_blocks());
-  fill(w, {{-40, -20, -40}, {40, -18, 40}}, "plaster");
+/// Two balls whose density falls from 1 in their middles, as the world's.
+world::FloatLayer& set_balls(World& w) {
   world::FloatLayer& density = w.store.make_layer(world::Layer::density);
   for (int x = -16; x < 16; ++x)
     for (int y = -16; y < 16; ++y)
@@ -207,11 +205,32 @@ PicturedWorld smoke() {
             std::max(1 - glm::length(p - world::Vec3d(-5, 0, 0)) / 9, 1 - glm::length(p - world::Vec3d(6, 4, 2)) / 7);
         if (d > 0) density.set({x, y, z}, static_cast<float>(d));
       }
+  return density;
+}
+
+/// Of smoke.
+PicturedWorld smoke() {
+  World w(world::standard_blocks());
+  fill(w, {{-40, -20, -40}, {40, -18, 40}}, "plaster");
+  world::FloatLayer& density = set_balls(w);
   world::Medium grid = render::medium("density_grid");
   grid.position = WorldPoint::from(0, 0, 0);
   grid.scattering = {0.5f, 0.45f, 0.4f}, grid.absorption = {0.1f, 0.12f, 0.2f}, grid.emission = {20, 22, 26};
   w.media = {grid};
   CHECK(world::fill_density_grids(&density, w.media).ok());
+  return seen(std::move(w), camera_at({}, {26.2, 12.1, 30.7}, {-0.8, -0.4, -1}, 50));
+}
+
+/// Of stone, as far as they reach.
+PicturedWorld solid_balls() {
+  World w(world::standard_blocks());
+  const world::FloatLayer& density = set_balls(w);
+  world::EditBatch batch;
+  for (int x = -16; x < 16; ++x)
+    for (int y = -16; y < 16; ++y)
+      for (int z = -16; z < 16; ++z)
+        if (density.get({x, y, z}) > 0) batch.set({x, y, z}, render::block(w, "granite"));
+  render::apply(w, batch);
   return seen(std::move(w), camera_at({}, {26.2, 12.1, 30.7}, {-0.8, -0.4, -1}, 50));
 }
 
@@ -301,6 +320,7 @@ const std::map<std::string, Maker>& makers() {
       return hills_in({render::medium("box_fog"), render::medium("ellipsoid_fog"), render::medium("height_fog")});
     };
     m["smoke"] = smoke;
+    m["two balls of density"] = solid_balls;
 
     m["a garden of all shapes"] = [] { return seen(render::garden(), render::garden_cameras()); };
     m["a garden by the tracer"] = [] { return seen(by_a_spark(render::garden()), render::garden_cameras()); };
@@ -367,10 +387,16 @@ const std::map<std::string, Maker>& makers() {
     m["meshes over mercury"] = [] { return meshes_by(true); };
     m["meshes behind glass"] = [] { return meshes_by(false); };
     m["rings of a level set"] = [] { return seen(render::rings(false), render::at_rings()); };
+    m["rings of a level set, twice as fine"] = [] {
+      return seen(render::rings(false, {}, 2), render::at_rings({}, 2));
+    };
 
     m["a crowd over hills"] = crowd_over_hills;
     m["bodies in water and behind glass"] = [] {
       return with_bodies(render::pond(), render::pond_cameras(), render::kBodiesByThePond);
+    };
+    m["bodies by the tracer"] = [] {
+      return with_bodies(by_a_spark(render::pond()), render::pond_cameras(), render::kBodiesByThePond);
     };
     return m;
   }();
