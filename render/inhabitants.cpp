@@ -94,6 +94,9 @@ DrawnInhabitants drawn_inhabitants(const world::WorldView& view, const Inhabitan
   const world::Irradiance3& e = environment.sun_irradiance;
   const auto to_sides = static_cast<float>(1 / (4 * kPi));
   const Rgb sun{e.r * to_sides, e.g * to_sides, e.b * to_sides};
+  const auto behind_clouds = [&](const Rgb& radiance, const Vec3d& middle, double distance) {
+    return distance > 0 ? seen.behind_clouds(radiance, camera.position, middle / distance, distance) : radiance;
+  };
   const double pixel = glm::length(rays.step_x);
   const double shutter_s = std::max(knobs.shutter, 0.0f);
 
@@ -114,7 +117,8 @@ DrawnInhabitants drawn_inhabitants(const world::WorldView& view, const Inhabitan
           std::abs(glm::dot(middle, rays.window_up)) > rays.window_half_y * depth + 2 * around * rays.longest)
         continue;
       const Light light = light_at(opaque, camera.position + middle, seen, shadows);
-      const Rgb radiance = times(p.albedo, sky * light.sky + sun * light.sun) + p.emitted;
+      const Rgb radiance =
+          behind_clouds(times(p.albedo, sky * light.sky + sun * light.sun) + p.emitted, middle, distance);
       const double thinner = p.radius / radius;
       const double optical_depth = -std::log1p(-double{std::min(p.opacity, kMostOpacity)}) * thinner * thinner;
       // A way of less than a pixel shows nothing.
@@ -143,7 +147,8 @@ DrawnInhabitants drawn_inhabitants(const world::WorldView& view, const Inhabitan
     const Light light = light_at(opaque, camera.position + top, seen, shadows);
     for (int face = 0; face < world::kFaces; ++face)
       box.radiance[face] =
-          vec4_of(times(b.albedo, shading.sky_lit[face] * light.sky + shading.sun_lit[face] * light.sun));
+          vec4_of(behind_clouds(times(b.albedo, shading.sky_lit[face] * light.sky + shading.sun_lit[face] * light.sun),
+                                middle, glm::length(middle)));
     drawn.boxes.push_back(box);
   }
   return drawn;
@@ -162,7 +167,7 @@ std::vector<PixelRectangle> rectangles_of(std::span<const shared::DrawnBox> boxe
   return all;
 }
 
-void draw_over(const DrawnInhabitants& drawn, const Camera& camera, std::vector<float>& distances, Image& image,
+void draw_over(const DrawnInhabitants& drawn, const Camera& camera, PixelDistances& distances, Image& image,
                bool boxes_drawn) {
   const Reach reach(camera, image.width, image.height);
   const PixelRays& rays = reach.rays;
@@ -183,24 +188,25 @@ void draw_over(const DrawnInhabitants& drawn, const Camera& camera, std::vector<
         for (int x = r.x0; x < r.x1; ++x) {
           const glm::vec3 direction(glm::normalize(rays.direction(x + 0.5, y + 0.5)));
           const size_t at = static_cast<size_t>(y) * static_cast<size_t>(image.width) + static_cast<size_t>(x);
-          draw(direction, distances[at], image.pixels[at]);
+          draw(direction, distances.first[at], distances.opaque[at], image.pixels[at]);
         }
     };
     for (size_t i = 0; i < drawn.boxes.size(); ++i) {
       const shared::DrawnBox& b = drawn.boxes[i];
-      each_pixel(of_boxes[i], [&](const glm::vec3& direction, float& distance, Rgb& pixel) {
+      each_pixel(of_boxes[i], [&](const glm::vec3& direction, float& surface, float& opaque, Rgb& pixel) {
         const shared::BoxHit hit = shared::meet_box(glm::vec3(b.low), glm::vec3(b.high), direction);
-        if (!(hit.distance > 0 && hit.distance < distance)) return;
-        distance = hit.distance;
-        if (boxes_drawn) return;
+        if (!(hit.distance > 0 && hit.distance < opaque)) return;
+        opaque = hit.distance;
+        if (boxes_drawn || !(hit.distance < surface)) return;
+        surface = hit.distance;
         const glm::vec4& radiance = b.radiance[hit.face];
         pixel = {radiance.x, radiance.y, radiance.z};
       });
     }
     for (size_t i = 0; i < drawn.balls.size(); ++i) {
       const shared::DrawnBall& b = drawn.balls[i];
-      each_pixel(of_balls[i], [&](const glm::vec3& direction, float distance, Rgb& pixel) {
-        const float opacity = shared::ball_opacity(b, direction, distance);
+      each_pixel(of_balls[i], [&](const glm::vec3& direction, float, float opaque, Rgb& pixel) {
+        const float opacity = shared::ball_opacity(b, direction, opaque);
         if (!(opacity > 0)) return;
         const Rgb radiance{b.radiance.x, b.radiance.y, b.radiance.z};
         pixel = pixel * (1 - opacity) + radiance * opacity;

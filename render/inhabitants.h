@@ -7,7 +7,8 @@
 ///
 /// cost   two rays a particle or body (sun and sky), a sort
 /// error  a particle has one radiance: that of a matte ball from all sides, in the sun or not, under the sky or (where
-///        a ray upwards is blocked) a fifth of it. Balls that overlap are laid over each other by their middles
+///        a ray upwards is blocked) a fifth of it. Balls that overlap are laid over each other by their middles. Clouds
+///        before a ball or a body are those before its middle
 /// source William T. Reeves. Particle Systems - A Technique for Modeling a Class of Fuzzy Objects. 1983; for soft edges
 ///        Tristan Lorach. Soft Particles. 2007, and Umenhoffer, Szirmay-Kalos, Szijarto. Spherical Billboards and their
 ///        Application to Rendering Explosions. 2006
@@ -44,9 +45,13 @@ struct PixelRectangle {
 std::vector<PixelRectangle> rectangles_of(std::span<const shared::DrawnBox> boxes, const Camera& camera, int width,
                                           int height);
 
-/// Draws them over a picture of which the distance along each pixel's ray is known, in m; infinity: nothing.
-/// `boxes_drawn`: the picture has the boxes already, and they hide what lies behind them.
-void draw_over(const DrawnInhabitants& drawn, const Camera& camera, std::vector<float>& distances, Image& image,
+/// How far what a pixel shows is along its ray, m; infinity: nothing.
+struct PixelDistances {
+  std::vector<float> first;   // the first surface: bodies behind it are hidden
+  std::vector<float> opaque;  // that isn't looked straight through: so are particles behind this one
+};
+/// Draws them over a picture. `boxes_drawn`: it has the boxes already; either way particles behind them are hidden.
+void draw_over(const DrawnInhabitants& drawn, const Camera& camera, PixelDistances& distances, Image& image,
                bool boxes_drawn = false);
 
 }  // namespace render

@@ -97,7 +97,7 @@ world::Result<render::FrameReport> write_in_strips(const std::string& path, rend
     report.metered_ev = whole.outcome.metered_ev;
   }
   std::vector<render::FlareSpot> spots;
-  if (knobs.lens_flare > 0) spots = render::flare_spots(view, camera, width, height);
+  if (knobs.lens_flare > 0) spots = render::flare_spots(view, camera, knobs, width, height);
   // Chromatic aberration looks so many rows beyond a strip.
   const int margin =
       knobs.chromatic_aberration > 0 ? 2 + static_cast<int>(std::ceil(knobs.chromatic_aberration * 0.5 * height)) : 0;

@@ -205,7 +205,7 @@ world::Result<EffectPlan> plan_effects(const Camera& camera, const RenderKnobs& 
 world::Result<EffectPlan> plan_effects(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs,
                                        int width, int height) {
   std::vector<FlareSpot> spots;
-  if (knobs.lens_flare > 0) spots = flare_spots(view, camera, width, height);
+  if (knobs.lens_flare > 0) spots = flare_spots(view, camera, knobs, width, height);
   return plan_effects(camera, knobs, width, height, spots);
 }
 

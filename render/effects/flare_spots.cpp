@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "render/effects/effect.shared.h"
+#include "render/sky_view.h"
 #include "world/store/mask_walk.h"
 
 namespace render {
@@ -25,28 +26,34 @@ struct Source {
   world::Irradiance3 irradiance;
 };
 
-/// The part of the source's disk that no opaque voxel hides: a sunflower of points on it.
-double part_seen(const world::MaskWalker& opaque, const world::WorldPoint& eye, const Source& source) {
+/// The part of the source's disk that is seen past opaque voxels and clouds: a sunflower of points on it.
+double part_seen(const world::MaskWalker& opaque, const SkyView& sky, const world::WorldPoint& eye,
+                 const Source& source) {
   const Vec3d side = glm::normalize(
       glm::cross(source.direction, std::abs(source.direction.y) < 0.9 ? Vec3d(0, 1, 0) : Vec3d(1, 0, 0)));
   const Vec3d other = glm::cross(source.direction, side);
-  int seen = 0;
+  double seen = 0;
   for (int i = 0; i < kRays; ++i) {
     const double r = source.angular_radius * std::sqrt((i + 0.5) / kRays), angle = i * 2.399963229728653;
     world::GridRay ray(eye,
                        glm::normalize(source.direction + r * std::cos(angle) * side + r * std::sin(angle) * other));
     ray.t_max = source.distance;
-    seen += !opaque.first_set(ray).hit();
+    if (opaque.first_set(ray).hit()) continue;
+    seen += double{sky.clouds_along(eye, ray.direction, ray.t_max).through};
   }
-  return double(seen) / kRays;
+  return seen / kRays;
 }
 
 }  // namespace
 
-std::vector<FlareSpot> flare_spots(const world::WorldView& view, const Camera& camera, int width, int height) {
+std::vector<FlareSpot> flare_spots(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs,
+                                   int width, int height) {
   std::vector<Source> sources;
-  const world::Environment& sky = view.environment();
-  if (sky.sun_irradiance.max() > 0) sources.push_back({sky.sun_direction, 1e9, kSunRadius, sky.sun_irradiance});
+  SkyView sky(view.environment());
+  sky.set_clouds(knobs, camera.position.voxel);
+  const world::Environment& environment = sky.environment;
+  if (environment.sun_irradiance.max() > 0)
+    sources.push_back({environment.sun_direction, 1e9, kSunRadius, environment.sun_irradiance});
   for (const world::Luminaire& l : view.world().luminaires) {
     if (!l.enabled || !(l.power.max() > 0)) continue;
     const Vec3d away = l.position - camera.position;
@@ -87,7 +94,7 @@ std::vector<FlareSpot> flare_spots(const world::WorldView& view, const Camera& c
   if (candidates.size() > kMostLookedAt) candidates.resize(kMostLookedAt);
   for (Candidate& c : candidates) {
     if (spots.size() == size_t{shared::kMostFlareSpots}) break;
-    const auto seen = static_cast<float>(part_seen(opaque, camera.position, c.source));
+    const auto seen = static_cast<float>(part_seen(opaque, sky, camera.position, c.source));
     if (seen > 0) c.spot.radiance = c.spot.radiance * seen, spots.push_back(c.spot);
   }
   return spots;

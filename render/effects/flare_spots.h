@@ -1,15 +1,17 @@
 /// Bright spots that make a lens flare: the sun, and luminaires that have a place, as the camera sees them.
 ///
-/// A spot counts by the irradiance that it sends to the lens, by the part of its disk that nothing opaque hides, and
-/// fades out where it leaves the picture, within a fifth of its size beyond the edge.
+/// A spot counts by the irradiance that it sends to the lens, by the part of its disk that nothing opaque hides and
+/// what clouds, where they are drawn, let through of that, and fades out where it leaves the picture, within a fifth of
+/// its size beyond the edge.
 /// cost   32 rays a spot, of at most kMostFlareSpots spots; of the rest the weakest are left out
-/// error  the part that is seen is one of 33 values
+/// error  the part that nothing opaque hides is one of 33 values
 #pragma once
 
 #include <vector>
 
 #include "render/camera.h"
 #include "render/image/image.h"
+#include "render/knobs.h"
 #include "world/world.h"
 
 namespace render {
@@ -19,6 +21,7 @@ struct FlareSpot {
   Rgb radiance;         // of a white matte surface that the spot lights, times the part of it that is seen
 };
 
-std::vector<FlareSpot> flare_spots(const world::WorldView& view, const Camera& camera, int width, int height);
+std::vector<FlareSpot> flare_spots(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs,
+                                   int width, int height);
 
 }  // namespace render

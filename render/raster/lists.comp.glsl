@@ -73,10 +73,7 @@ void main() {
   vec2 last = vec2(0, -1);
   Bend bend;
   bend.found = bend.left = false;
-  FogWalk fog;
-  fog.view.value = vec3(1);
-  fog.view.added = vec3(0);
-  if (kMedia) fog = begin_pixel_fog(seen, ray, direction);
+  VeilWalk veil = begin_pixel_veil(seen, ray, direction);
   for (bool more = true; more;) {
     more = head != kOwnNode;  // which is alone
     vec2 nearest = vec2(t_end, 4);
@@ -112,9 +109,9 @@ void main() {
       const int plane = picture.camera_voxel[i.face >> 1u] + i.plane;
       mask = coverage_mask(kCoveragePattern, owner.emitted.w, uint(pixel.x), uint(pixel.y), uint(plane * 6) + i.face);
     }
-    if (kMedia) {
-      follow_fog(fog, i.t * metres);
-      view = met_media(view, fog.view.value, fog.view.added);
+    if (kVeiled) {
+      follow_veil(veil, i.t * metres);
+      view = met_media(view, veil.view.value, veil.view.added);
     }
     view = met_interface(view, owner, shares, layer_block(i.near).absorption.xyz, i.t * metres, mirrored, matte,
                          i.outside, kCoveragePattern, mask);
@@ -134,17 +131,17 @@ void main() {
       const FacePoint at = stepped_beyond(
           face_point(uint(owner.block.x), i.face, i.t * ray + picture.fraction.xyz, i.plane, -direction), i, direction);
       // Of media behind the bend nothing is known: they take what they take up to there.
-      const vec3 behind = fog.view.value * followed_radiance(at.front, at.fraction, bend.direction, i.far, true);
+      const vec3 behind = veil.view.value * followed_radiance(at.front, at.fraction, bend.direction, i.far, true);
       imageStore(colour_image, pixel, vec4(view.added + still_open(view, kCoveragePattern) * behind, 1));
       return;
     }
   }
 
-  // What lies behind has the media of all the way over it already.
+  // What lies behind has the media and clouds of all the way over it already.
   vec3 behind = imageLoad(colour_image, pixel).rgb;
-  if (kMedia) {
-    follow_fog(fog, min(t_end * metres, kMediumFar));
-    view = met_media(view, vec3(1), fog.view.added);
+  if (kVeiled) {
+    follow_veil(veil, min(t_end * metres, kMediumFar));
+    view = met_media(view, vec3(1), veil.view.added);
   }
   if (kRefraction == kRefractionScreen && bend.found && t_end * metres < 1e6) {
     // Where the bent ray would end if what lies there were as far as what lies straight behind.
@@ -162,9 +159,9 @@ void main() {
     const FacePoint at = face_point(block, face, t_end * ray + picture.fraction.xyz, plane, -direction);
     const Material material = material_of(block);
     const vec3 mirrored = mirrored_radiance(t_end * ray, at, plane, direction, medium);
-    behind = fog.view.added + fog.view.value * (material.albedo * mirrored + material.emitted);
+    behind = veil.view.added + veil.view.value * (material.albedo * mirrored + material.emitted);
   }
-  behind = max(behind - fog.view.added, vec3(0));
+  behind = max(behind - veil.view.added, vec3(0));
   const vec3 colour =
       end_of_view(view, layer_block(medium), layer_block(eye).absorption.w, t_end * metres, behind, kCoveragePattern);
   imageStore(colour_image, pixel, vec4(colour, 1));

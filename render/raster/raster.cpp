@@ -105,7 +105,7 @@ class Raster : public RasterBackend {
       if (knobs.sun_shadow == SunShadow::map) knobs.sun_shadow = SunShadow::ray;
     }
     TRY_STATUS(check_light(light, knobs));
-    TRY(const SkyView sky, sky_view(view.environment(), knobs, sky_light_, camera.position.voxel));
+    TRY(const SkyView sky, sky_view(view, knobs, sky_light_, camera.position));
     std::vector<world::LeafPos> dirty;
     shadows_changed_ = {};
     if (!smooth) {

@@ -129,6 +129,7 @@ SHARED_CONST uint kSpecFogShafts = 47;        // bool: fog asks for the sun alon
 SHARED_CONST uint kSpecCoarseFaces = 48;      // bool: pixels may see faces of coarser levels, or stand-ins (kSeenPlaced)
 SHARED_CONST uint kSpecViewEnds = 49;         // bool: the view distance ends before the world does
 SHARED_CONST uint kSpecMediumKinds = 50;      // bits of MEDIUM_... and kMediumDensityGrid: those that there are
+SHARED_CONST uint kSpecCloudsBefore = 51;     // bool: clouds may lie before others than the sky: SkyView
 
 /// A record of SurfaceLightLeaf in words: 16 a direction of faces, 4 a direction of counts before slices, the first
 /// code.

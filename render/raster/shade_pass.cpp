@@ -65,6 +65,7 @@ std::vector<Constant> shading_constants(const Drawing& drawing) {
           {kSpecCloudSteps, static_cast<uint32_t>(drawing.sky.clouds.steps)},
           {kSpecCloudLightSteps, static_cast<uint32_t>(drawing.sky.clouds.light_steps)},
           {kSpecCloudShadows, drawing.sky.clouds.shadows},
+          {kSpecCloudsBefore, drawing.sky.clouds.before},
           {kSpecCoarseFaces, drawing.faces.size() > 1 || Impostors::called_for(drawing) ||
                                  Billboards::called_for(drawing) || Heightfields::called_for(drawing)},
           {kSpecViewEnds, knobs.view_distance < kNoViewEnd},

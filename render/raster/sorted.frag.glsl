@@ -25,20 +25,20 @@ void main() {
   const InterfaceShares shares = shares_of(i, direction);
   vec3 passed = shares.passed;
   const vec3 absorption = layer_block(i.far).absorption.xyz;
-  if ((!kAddsShown || kMedia) && absorption != vec3(0)) {
+  if ((!kAddsShown || kVeiled) && absorption != vec3(0)) {
     const FacePoint at =
         stepped_beyond(face_point(0u, i.face, i.t * ray + picture.fraction.xyz, i.plane, -direction), i, direction);
     passed *= absorbed_along(absorption, run_length(at.front, at.fraction, direction, i.far));
   }
+  const float n_near = layer_block(i.near).absorption.w;
+  passed *= radiance_scale(n_near, layer_block(i.far).absorption.w);
   if (kAddsShown) {
     const uvec2 behind = texelFetch(seen_image, ivec2(gl_FragCoord.xy), 0).xy;
-    vec3 shown = shown_radiance(i, shares, passed, ray, direction, behind);
     // Nearer interfaces scale what lies behind them; what this one mirrors or shows is radiance as the eye sees it.
-    shown *= radiance_scale(layer_block(i.near).absorption.w, layer_block(layers.eye.x).absorption.w);
-    shown_out = vec4(shown, 0);
+    const float scale = radiance_scale(n_near, layer_block(layers.eye.x).absorption.w);
+    shown_out = vec4(shown_radiance(i, shares, scale, passed, ray, direction, behind), 0);
     passed_out = vec4(0);
     return;
   }
-  passed *= radiance_scale(layer_block(i.near).absorption.w, layer_block(i.far).absorption.w);
   shown_out = passed_out = vec4(passed, 1);
 }

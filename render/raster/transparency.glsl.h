@@ -2,8 +2,8 @@
 #ifndef LOAM_RENDER_RASTER_TRANSPARENCY_GLSL_H
 #define LOAM_RENDER_RASTER_TRANSPARENCY_GLSL_H
 #include "render/raster/shading/shape.glsl.h"
-#include "render/raster/shading/sky.glsl.h"
 #include "render/raster/shading/surface.glsl.h"
+#include "render/raster/shading/veil.glsl.h"
 #include "render/raster/transparency.shared.h"
 #include "render/see_through.shared.h"
 
@@ -112,14 +112,15 @@ float fog_end(uvec2 seen, vec3 ray) {
   const float t = seen_t(seen, ray), inverse_length = inversesqrt(dot(ray, ray));
   return t <= picture.sun.w * inverse_length ? t / inverse_length : kMediumFar;
 }
-FogWalk begin_pixel_fog(uvec2 seen, vec3 ray, vec3 direction) {
-  return begin_fog(picture.camera_voxel.xyz, picture.fraction.xyz, direction, kFogShafts ? fog_end(seen, ray) : 0.0);
+VeilWalk begin_pixel_veil(uvec2 seen, vec3 ray, vec3 direction) {
+  return begin_veil(direction, kFogShafts ? fog_end(seen, ray) : 0.0);
 }
 
-/// What it mirrors of the sky, scatters and emits: radiance beside it, before what lies nearer scales it. Media take
-/// their share of it and, of the light that they add to what lies behind, leave what they add before it; `passed`: of
-/// what lies behind, by what follows; `seen`: what that is.
-vec3 shown_radiance(Interface i, InterfaceShares shares, vec3 passed, vec3 ray, vec3 direction, uvec2 seen) {
+/// What it mirrors of the sky, scatters and emits, times `scale`: radiance beside it, before what lies nearer scales it.
+/// Media and clouds take their share of it and, of the light that they add to what lies behind, leave what they add
+/// before it; `passed`: of what lies behind, by what follows; `seen`: what that is.
+vec3 shown_radiance(Interface i, InterfaceShares shares, float scale, vec3 passed, vec3 ray, vec3 direction,
+                    uvec2 seen) {
   vec3 shown = vec3(0);
   if (shares.mirrored != vec3(0))
     shown = shares.mirrored * mirrored_sky(i.t * ray + picture.fraction.xyz, mirrored_direction(i, direction));
@@ -127,10 +128,11 @@ vec3 shown_radiance(Interface i, InterfaceShares shares, vec3 passed, vec3 ray, 
     shown += shares.matte * matte_radiance(i, ray, direction);
   else if (i.outside)
     shown += layer_block(i.owner).emitted.xyz;
-  if (kMedia) {
-    FogWalk fog = begin_pixel_fog(seen, ray, direction);
-    follow_fog(fog, i.t * length(ray));
-    shown = fog.view.value * shown + fog.view.added * (vec3(1) - passed);
+  shown *= scale;
+  if (kVeiled) {
+    VeilWalk veil = begin_pixel_veil(seen, ray, direction);
+    follow_veil(veil, i.t * length(ray));
+    shown = veil.view.value * shown + veil.view.added * (vec3(1) - passed);
   }
   return shown;
 }

@@ -26,7 +26,7 @@ void main() {
   const vec3 direction = ray * inverse_length;
   const InterfaceShares shares = shares_of(i, direction);
   const uvec2 behind = texelFetch(seen_image, ivec2(gl_FragCoord.xy), 0).xy;
-  const vec3 shown = shown_radiance(i, shares, shares.passed, ray, direction, behind);
+  const vec3 shown = shown_radiance(i, shares, 1.0, shares.passed, ray, direction, behind);
   const float alpha = 1.0 - (shares.passed.x + shares.passed.y + shares.passed.z) / 3.0;
   const float z = t / 200.0;
   const float weight = clamp(0.03 / (1e-5 + z * z * z * z), 1e-2, 3e3);

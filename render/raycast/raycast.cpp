@@ -206,7 +206,7 @@ class Picture {
       if (any_box && on_box[i].box >= 0)
         pixel = on_box[i].radiance;
       else if (!hits[i].hit())
-        pixel = sky_.seen(camera_, direction / glm::length(direction));
+        pixel = sky_.seen(direction / glm::length(direction));
       else if (on_shape[i].part != kNoPart)
         pixel = shape_radiance(hits[i], on_shape[i], direction, blocks.get(hits[i].voxel),
                                blockers_ ? tint[i] * sun[i] : Rgb{sun[i], sun[i], sun[i]});
@@ -222,6 +222,11 @@ class Picture {
             face_radiance(block, hits[i].face, sun[i] * texture.sun, blockers_ ? &tint[i] : nullptr,
                           lit_by_cells_ ? light_at(rays[i], hits[i]) : shading_.sky_lit[hits[i].face], texture.albedo);
       }
+      // Of bodies it is known already.
+      const double length = glm::length(direction);
+      if (!(any_box && on_box[i].box >= 0))
+        pixel = sky_.behind_clouds(pixel, camera_, direction / length,
+                                   hits[i].hit() ? hits[i].t * length : world::kInfinity);
     }
     for (Layers::OfPixel p : layers.of_pixels) {
       const size_t i = static_cast<size_t>(p.pixel);
@@ -436,8 +441,9 @@ class Picture {
       direction[axis] = -direction[axis];
       return sky_.mirrored(camera_ + layer.at.t * ray.direction, direction);
     };
+    const auto clouds = [&](float t) { return sky_.clouds_along(camera_, ray.direction / length, double{t}); };
     seen = straight_radiance(pixel, ray.direction, *kinds_, layers, knobs_.coverage_pattern,
-                             knobs_.transparency == Transparency::sorted, surface, mirrored);
+                             knobs_.transparency == Transparency::sorted, surface, mirrored, clouds);
   }
 
   float sun_map_at(const GridRay& ray, const GridHit& hit, const ProxyHit& on_shape) const {
@@ -609,7 +615,7 @@ class RaycastBackend : public Backend {
     }
     const auto start = Clock::now();
     Frame frame{Image(width, height), {}};
-    TRY(const SkyView sky, sky_view(view.environment(), knobs, sky_light_, camera.position.voxel));
+    TRY(const SkyView sky, sky_view(view, knobs, sky_light_, camera.position));
     const RayStream& occupied = rays_.stream(view.store(), MaskKind::occupied);
     const RayStream& opaque = rays_.stream(view.store(), MaskKind::opaque);
     const world::StoreContours::Followed* contours =

@@ -72,22 +72,32 @@ namespace {
 
 vec3 bands(const Rgb& c) { return {c.r, c.g, c.b}; }
 
-/// What one layer does, as the two passes of section 14.10.3 take it.
+/// What one layer does, with the run of the block beyond, as the two passes of section 14.10.3 take it; and what clouds
+/// add before it, of which stays there what doesn't come with the light from behind.
 struct Passes {
-  vec3 shown, passed;
+  vec3 shown, passed, added;
+  float near_scale, far_scale;
+  vec3 stays() const { return added * (near_scale - passed * far_scale); }
 };
 
 }  // namespace
 
 Rgb straight_radiance(const StraightPixel& pixel, const Vec3d& direction, const SeeThroughKinds& kinds,
                       std::span<const StraightLayer> layers, CoveragePattern coverage, bool sorted,
-                      FunctionRef<Rgb(const StraightLayer&)> surface, FunctionRef<Rgb(const StraightLayer&)> mirrored) {
+                      FunctionRef<Rgb(const StraightLayer&)> surface, FunctionRef<Rgb(const StraightLayer&)> mirrored,
+                      FunctionRef<world::shared::CloudView(float)> clouds) {
   const uint32_t pattern = static_cast<uint32_t>(coverage);
   const std::vector<shared::SeeThroughBlock>& all = kinds.blocks();
   const float n_eye = all[pixel.eye].absorption.w;
+  const auto scale_in = [&](uint16_t kind) { return shared::radiance_scale(n_eye, all[kind].absorption.w); };
   thread_local std::vector<Passes> passes;
   passes.clear();
   shared::StraightView view = shared::start_of_view();
+  vec3 by_eye(1);  // of the block that the eye is in
+  const auto run_before = [&](const shared::SeeThroughBlock& block, float t) {
+    (passes.empty() ? by_eye : passes.back().passed) *= shared::absorbed_along(vec3(block.absorption), t - view.t);
+    view.t = t;
+  };
   for (const StraightLayer& layer : layers) {
     const shared::SeeThroughBlock &owner = all[layer.owner()], &near = all[layer.near];
     const int axis = face_axis(layer.at.face);
@@ -97,6 +107,7 @@ Rgb straight_radiance(const StraightPixel& pixel, const Vec3d& direction, const 
     const float t = static_cast<float>(layer.at.t) * pixel.metres_per_t;
     const vec3 matte = shares.matte > 0 ? bands(surface(layer)) : vec3(0);
     const vec3 from_mirror = shares.mirrored != vec3(0) ? bands(mirrored(layer)) : vec3(0);
+    const world::shared::CloudView before = clouds(t);
     uint32_t mask = 0;
     if (coverage != CoveragePattern::exact && owner.matte.w == static_cast<float>(shared::kSeeThroughCoverage)) {
       const int32_t plane = layer.at.voxel[axis] + (layer.at.face & 1);
@@ -106,31 +117,34 @@ Rgb straight_radiance(const StraightPixel& pixel, const Vec3d& direction, const 
     if (sorted) {
       // Each layer by itself: what a view of nothing but it shows and lets through.
       shared::StraightView alone = shared::start_of_view();
-      alone.t = view.t;
+      alone.t = t;
       alone = met_interface(alone, owner, shares, vec3(near.absorption), t, from_mirror, matte, layer.outside,
                             shared::kCoverageExact, mask);
-      passes.push_back({alone.added, alone.through});
-      view.t = t;
+      run_before(near, t);
+      passes.push_back(
+          {before.through * alone.added, alone.through, before.added, scale_in(layer.near), scale_in(layer.far)});
     } else {
+      view = met_media(view, vec3(before.through), before.added);
       view = met_interface(view, owner, shares, vec3(near.absorption), t, from_mirror, matte, layer.outside, pattern,
                            mask);
     }
   }
   vec3 seen;
   if (sorted) {
-    shared::StraightView rest = shared::start_of_view();
-    rest.t = view.t;
-    const vec3 behind =
-        end_of_view(rest, all[pixel.end], n_eye, pixel.t_end, bands(pixel.behind), shared::kCoverageExact);
+    run_before(all[pixel.end], pixel.t_end);
+    const vec3 behind = scale_in(pixel.end) * bands(pixel.behind);
     Colour4 image{behind.x, behind.y, behind.z, 1};
     for (size_t i = passes.size(); i-- > 0;) {
       const Passes& p = passes[i];
       image = blend(kBlendTransmit, {p.passed.x, p.passed.y, p.passed.z, 1}, image);
-      image = blend(kBlendAdd, {p.shown.x, p.shown.y, p.shown.z, 0}, image);
+      const vec3 shown = p.shown + p.stays();
+      image = blend(kBlendAdd, {shown.x, shown.y, shown.z, 0}, image);
     }
-    seen = {image.r, image.g, image.b};
+    seen = by_eye * vec3(image.r, image.g, image.b);
   } else {
-    seen = end_of_view(view, all[pixel.end], n_eye, pixel.t_end, bands(pixel.behind), pattern);
+    const vec3 added = clouds(pixel.t_end).added;
+    view = met_media(view, vec3(1), added);
+    seen = end_of_view(view, all[pixel.end], n_eye, pixel.t_end, max(bands(pixel.behind) - added, vec3(0)), pattern);
   }
   return {seen.x, seen.y, seen.z};
 }

@@ -14,6 +14,7 @@
 #include "render/liquid_levels.h"
 #include "render/see_through.h"
 #include "world/base/function_ref.h"
+#include "world/scenes/clouds.shared.h"
 #include "world/store/mask_walk.h"
 #include "world/store/store.h"
 
@@ -75,14 +76,15 @@ struct StraightPixel {
   uint16_t eye = 0;        // kind of the block that the eye is in
   uint16_t end = 0;        // and of that in which the ray ends
   float t_end = 0;         // m; may be infinite
-  Rgb behind;              // radiance of what it ends on
+  Rgb behind;              // radiance of what it ends on, behind the clouds of all the way
 };
 /// surface(layer): radiance of a matte surface of the layer's owner. mirrored(layer): from the direction mirrored
-/// at its plane. Front to back; `sorted` blends back to front in the two passes of section 14.10.3, which gives
-/// the same but for rounding.
+/// at its plane. clouds(t): on t metres of the ray. Front to back; `sorted` blends back to front in the two passes of
+/// section 14.10.3, which gives the same but for rounding.
 Rgb straight_radiance(const StraightPixel& pixel, const world::Vec3d& direction, const SeeThroughKinds& kinds,
                       std::span<const StraightLayer> layers, CoveragePattern pattern, bool sorted,
                       world::FunctionRef<Rgb(const StraightLayer&)> surface,
-                      world::FunctionRef<Rgb(const StraightLayer&)> mirrored);
+                      world::FunctionRef<Rgb(const StraightLayer&)> mirrored,
+                      world::FunctionRef<world::shared::CloudView(float)> clouds);
 
 }  // namespace render

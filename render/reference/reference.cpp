@@ -15,7 +15,7 @@ class ReferenceBackend : public Backend {
     RenderKnobs all_light = knobs;
     all_light.light_transport = LightTransport::path;
     TRY(Frame traced, trace_picture(view, camera, all_light, sampling, width, height));
-    TRY_STATUS(finish_traced(view, inhabitants, camera, knobs, traced));
+    TRY_STATUS(finish_traced(view, inhabitants, camera, all_light, traced));
     return traced;
   }
 };

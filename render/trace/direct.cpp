@@ -116,6 +116,7 @@ Vec3d first_surface(Transport& t, const TraceRay& camera_ray, Shade shade) {
   Layers layers;
   if (t.shared.see_through) layers.eye = layers.medium = t.shared.see_through->kind(t.tracer.block_of(ray.ray));
   FogView fog;
+  std::vector<Crossing> first_crossings;  // of the camera's ray up to the first layer
   for (;;) {
     const Vec3f absorption = t.tracer.absorption(ray);
     Surface s = t.tracer.intersect(ray, t.crossings);
@@ -125,7 +126,9 @@ Vec3d first_surface(Transport& t, const TraceRay& camera_ray, Shade shade) {
     const FogView here = t.fog_straight(ray, layers.passed, s, t_body);
     fog.added += fog.value * here.added;
     fog.value *= here.value;
-    if (meet_layer(t, layers, s, direction, fog, shade)) {
+    if (!layers.any) first_crossings = t.crossings;
+    const FogView veil = t.with_clouds(fog, camera_ray, first_crossings, layers.passed + s.t);
+    if (meet_layer(t, layers, s, direction, veil, shade)) {
       const glsl::vec3 left = layers.view.through;
       if (std::max({left.x, left.y, left.z}) < 1e-6f) return Vec3d(layers.view.added);
       ray = s.spawn(Vec3f(direction));
@@ -142,22 +145,22 @@ Vec3d first_surface(Transport& t, const TraceRay& camera_ray, Shade shade) {
       seen = Vec3d(s.emission);
     else
       seen = Vec3d(s.emission) + shade(s);
-    if (!layers.any) {
-      if (absorption != Vec3f(0)) seen *= absorbed(absorption, s.t);
-      return fog.value * seen + fog.added;
-    }
+    if (!layers.any && absorption != Vec3f(0)) seen *= absorbed(absorption, s.t);
+    // Beside what fog and clouds add. Bodies have their clouds already.
+    const Vec3d behind = on_body ? max(fog.value * seen + fog.added - veil.added, Vec3d(0)) : veil.value * seen;
+    if (!layers.any) return behind + veil.added;
     const uint32_t pattern = static_cast<uint32_t>(t.knobs().coverage_pattern);
     const std::vector<shared::SeeThroughBlock>& blocks = t.shared.see_through->blocks();
-    layers.view = met_media(layers.view, glsl::vec3(fog.value), glsl::vec3(fog.added));
+    layers.view = met_media(layers.view, glsl::vec3(1), glsl::vec3(veil.added));
     return Vec3d(end_of_view(layers.view, blocks[layers.medium], blocks[layers.eye].absorption.w,
-                             static_cast<float>(layers.passed + s.t), glsl::vec3(seen), pattern));
+                             static_cast<float>(layers.passed + s.t), glsl::vec3(behind), pattern));
   }
 }
 
 }  // namespace
 
 Vec3d seen_far(const Transport& t, const TraceRay& ray) {
-  Vec3d l = t.seen_sky(ray.start(), Vec3f(ray.ray.direction));
+  Vec3d l = t.seen_sky(Vec3f(ray.ray.direction));
   for (const SceneLuminaire& s : t.scene().luminaires()) {
     if (s.finite || !s.met) continue;
     const auto hit = s.sampler.meet(ray.start() - s.luminaire->position, Vec3f(ray.ray.direction));

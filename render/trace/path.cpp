@@ -32,6 +32,7 @@ class Path {
       Surface surface = t_.tracer.intersect(ray_, t_.crossings);
       t_.texture(surface, ray_, 0, vertex_ == 0);
       ScatterEvent event{false, surface.t, nullptr};
+      const Bands at_start = bands_;
       if (t_.scene().has_media()) {
         media_along(t_.tracer, ray_, t_.crossings, surface.t, t_.stretches);
         if (!t_.stretches.empty()) {
@@ -40,6 +41,8 @@ class Path {
                                light_);
         }
       }
+      // Only an eye and mirrors see clouds.
+      if (impulse_) pass_clouds(at_start, surface.t, event.t);
       if (absorption != Vec3f(0)) bands_.beta *= absorbed(absorption, event.t);
       if (bands_.beta == Vec3d(0)) return light_;
       const bool goes_on = event.scatters ? scatter_in_medium(event) : surface.hit() ? scatter_at(surface) : leave();
@@ -60,11 +63,29 @@ class Path {
     return straight_ || (impulse_ && l.glossy && (l.global_illumination || events_ <= 1));
   }
 
+  /// Clouds on the ray add their light, by a path of its own through the media before them, and take of what lies
+  /// behind. `bands`: at the ray's start.
+  void pass_clouds(Bands bands, double t_surface, double t_event) {
+    const auto up_to = [&](double t) { return t_.scene().sky().clouds_along(ray_.start(), ray_.ray.direction, t); };
+    const world::shared::CloudView clouds = up_to(t_surface);
+    if (clouds.through == 1) return;
+    bands_.beta *= double{t_event < t_surface ? up_to(t_event).through : clouds.through};
+    if (t_.scene().has_media()) {
+      media_along(t_.tracer, ray_, t_.crossings, double{clouds.distance}, t_.stretches);
+      RandomStream random = sampler_.stream(dimension(kBeforeClouds));
+      Vec3d of_media(0);  // is there already
+      if (follow_media(t_.stretches, ray_.ray.direction, double{clouds.distance}, t_.knobs().density_tracking, random,
+                       bands, of_media)
+              .scatters)
+        return;
+    }
+    light_ += bands.beta * Vec3d(clouds.added) * balance(bands, true, 0);
+  }
+
   bool leave() {
     const Vec3f direction(ray_.ray.direction);
-    // Disks of the sun and the moon are lights of their own but where only an eye or a mirror finds them, as clouds
-    // are.
-    const Vec3d sky = impulse_ ? t_.seen_sky(ray_.start(), direction) : t_.sky(direction);
+    // Disks of the sun and the moon are lights of their own but where only an eye or a mirror finds them.
+    const Vec3d sky = impulse_ ? t_.seen_sky(direction) : t_.sky(direction);
     if (sky != Vec3d(0)) add(sky, impulse_ ? 0 : t_.lights().pdf_sky(receiver_, direction));
     const auto& luminaires = t_.scene().luminaires();
     for (uint32_t i = 0; i < luminaires.size(); ++i) {

@@ -132,7 +132,7 @@ Vec3d photons_radiance(Transport& t, const TraceRay& camera_ray, const Sampler& 
     const Vec3f absorption = t.tracer.absorption(ray);
     Surface s = t.tracer.intersect(ray, t.crossings);
     t.texture(s, ray, 0, vertex == 0);
-    const FogView fog = t.fog(ray, s.t);
+    const FogView fog = t.with_clouds(t.fog(ray, s.t), ray, t.crossings, s.t);
     light += beta * fog.added;
     beta *= fog.value;
     if (absorption != Vec3f(0)) beta *= absorbed(absorption, s.t);

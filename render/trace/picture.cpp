@@ -231,7 +231,7 @@ world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& c
   TRY_STATUS(check(camera, knobs, width, height));
   const Clock::time_point start = Clock::now();
   std::shared_ptr<const world::SkyLight> made;
-  TRY(const SkyView sky, sky_view(view.environment(), knobs, made, camera.position.voxel));
+  TRY(const SkyView sky, sky_view(view, knobs, made, camera.position));
   // Paths follow what fog scatters themselves.
   const FogLight fog = knobs.light_transport == LightTransport::path ? FogLight::none : knobs.fog_light;
   TRY(const TraceScene scene, TraceScene::build(view, static_cast<uint32_t>(knobs.gloss_lobe), sky, knobs, fog));

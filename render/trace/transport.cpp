@@ -118,24 +118,23 @@ void Transport::cut_shafts(const TraceRay& ray, double t_end) {
   shaft_suns_.assign(static_cast<size_t>(knobs().fog_sun_rays), std::nullopt);
 }
 
-FogView Transport::fog_before(const TraceRay& ray, double before, double t_end) {
-  media_along(tracer, ray, crossings, t_end, stretches);
+FogView Transport::fog_before(const TraceRay& ray, const std::vector<Crossing>& passed, double before, double t_end) {
+  if (!scene().has_media()) return {};
+  media_along(tracer, ray, passed, t_end, stretches);
   const auto sun = [&](int piece) { return sun_at_piece(piece); };
   const FogShafts shafts{shaft_span_.first, shaft_span_.second, knobs().fog_sun_rays, sun};
   return fog_along(stretches, ray.ray.direction, t_end, shafts_ ? &shafts : nullptr, before);
 }
 
 FogView Transport::fog(const TraceRay& ray, double t_end) {
-  if (!scene().has_media()) return {};
   if (shafts_) {
     shaft_crossings_ = crossings;
     cut_shafts(ray, t_end);
   }
-  return fog_before(ray, 0, t_end);
+  return fog_before(ray, crossings, 0, t_end);
 }
 
 FogView Transport::fog_straight(const TraceRay& ray, double before, const Surface& surface, double most) {
-  if (!scene().has_media()) return {};
   if (shafts_ && before == 0) {
     // Look ahead to where the ray ends.
     shaft_crossings_ = crossings;
@@ -152,7 +151,16 @@ FogView Transport::fog_straight(const TraceRay& ray, double before, const Surfac
     }
     cut_shafts(ray, std::min(end, most));
   }
-  return fog_before(ray, before, surface.t);
+  return fog_before(ray, crossings, before, surface.t);
+}
+
+FogView Transport::with_clouds(const FogView& fog, const TraceRay& ray, const std::vector<Crossing>& passed,
+                               double t_end) {
+  const world::shared::CloudView clouds = scene().sky().clouds_along(ray.start(), ray.ray.direction, t_end);
+  if (clouds.through == 1) return fog;
+  const FogView before = fog_before(ray, passed, 0, double{clouds.distance});
+  return {fog.value * double{clouds.through},
+          Vec3d(clouds_laid_over(clouds, glm::vec3(before.value), glm::vec3(before.added), glm::vec3(fog.added)))};
 }
 
 Vec3d Transport::sky(const Vec3f& direction) const {
@@ -160,8 +168,8 @@ Vec3d Transport::sky(const Vec3f& direction) const {
   return {l.r, l.g, l.b};
 }
 
-Vec3d Transport::seen_sky(const world::WorldPoint& from, const Vec3f& direction) const {
-  const Rgb l = scene().sky().seen(from, Vec3d(direction));
+Vec3d Transport::seen_sky(const Vec3f& direction) const {
+  const Rgb l = scene().sky().seen(Vec3d(direction));
   return {l.r, l.g, l.b};
 }
 

@@ -27,7 +27,7 @@ constexpr uint32_t kPixelDimension = 0, kLensDimension = 2, kHeroDimension = 4, 
                    kDimensionsPerVertex = 16;
 /// Of one vertex, from kVertexDimension + vertex * kDimensionsPerVertex on.
 constexpr uint32_t kPickLight = 0, kOnLight = 1, kScatter = 3, kRoulette = 6, kFreePath = 7, kOcclusion = 9,
-                   kShadowPath = 10;
+                   kShadowPath = 10, kBeforeClouds = 11;
 
 /// Bodies as rays meet them.
 class TracedBodies {
@@ -95,12 +95,15 @@ class Transport {
   /// meets `surface` next. Pieces of its shafts are those of all of the way, `most` metres at most, which are cut where
   /// `before` is 0.
   FogView fog_straight(const TraceRay& ray, double before, const Surface& surface, double most);
+  /// With the clouds up to there, of a ray that an eye or a mirror sent. `fog`: of all of the way, what one of the two
+  /// gave last; `passed`: the ray's crossings.
+  FogView with_clouds(const FogView& fog, const TraceRay& ray, const std::vector<Crossing>& passed, double t_end);
   /// Whether it looks straight through a surface.
   bool looks_through(const Surface& surface) const;
   /// Radiance from the sky along a ray that leaves the scene.
   Vec3d sky(const Vec3f& direction) const;
-  /// The same with what only an eye sees: disks, stars and clouds.
-  Vec3d seen_sky(const world::WorldPoint& from, const Vec3f& direction) const;
+  /// The same with what only an eye sees: disks and stars.
+  Vec3d seen_sky(const Vec3f& direction) const;
   /// The same with clouds alone: what interfaces that are looked straight through mirror.
   Vec3d mirrored_sky(const world::WorldPoint& from, const Vec3f& direction) const;
 
@@ -116,7 +119,7 @@ class Transport {
  private:
   /// The pieces of a ray that crosses `shaft_crossings_` on its way to t_end.
   void cut_shafts(const TraceRay& ray, double t_end);
-  FogView fog_before(const TraceRay& ray, double before, double t_end);
+  FogView fog_before(const TraceRay& ray, const std::vector<Crossing>& passed, double before, double t_end);
   Vec3d sun_at_piece(int piece);
 
   const bool shafts_;
@@ -155,7 +158,7 @@ Vec3d ambient_occlusion_radiance(Transport& t, const TraceRay& camera_ray, const
 Vec3d whitted_radiance(Transport& t, const TraceRay& camera_ray, const Sampler& sampler);
 Vec3d path_radiance(Transport& t, const TraceRay& camera_ray, const Sampler& sampler);
 
-/// What a ray that meets nothing shows: the sky, and luminaires at no place.
+/// What a ray that meets nothing shows behind clouds: the sky, and luminaires at no place.
 Vec3d seen_far(const Transport& t, const TraceRay& ray);
 /// Sun and luminaires (light_samples of each that has an area), scattered by the surface towards wo, with shadows.
 /// `first`: the surface is the first that light meets on its way from the eye back, for luminaires that only light

@@ -25,7 +25,9 @@ struct Recursion {
     Surface s = t.tracer.intersect(ray, t.crossings);
     const glm::vec4* const body = t.shared.bodies.first(ray.ray, s.t);
     t.texture(s, ray, 0, vertex == 0);
-    const FogView fog = t.fog(ray, s.t);
+    FogView fog = t.fog(ray, s.t);
+    // Bodies have their clouds already.
+    if (!body) fog = t.with_clouds(fog, ray, t.crossings, s.t);
     Vec3d light = body ? Vec3d(glm::vec3(*body)) : s.hit() ? Vec3d(s.emission) : seen_far(t, ray);
     if (!body && s.hit() && s.kind != SurfaceKind::luminaire)
       light += scattered(s, Vec3f(-ray.ray.direction), depth, share);

@@ -1,5 +1,5 @@
-/// Clouds in pictures: the same by both backends from below, within and above, in mirrors and as shadows, and nothing
-/// where there are none.
+/// Clouds in pictures: the same by both backends from below, within and above, before land, in mirrors and as shadows,
+/// and nothing where there are none.
 #include <cmath>
 #include <cstdio>
 #include <string>
@@ -175,6 +175,129 @@ TEST_F(CloudPictures, GoOverIntoTheHorizonWithoutALine) {
   for (int row = 340; row < 360; ++row) EXPECT_LT(std::abs(left(row) - left(row + 1)), 2) << row << ", of some 100";
   EXPECT_LT(left(354), 1);
   EXPECT_GT(left(200), 5);
+}
+
+/// A closed layer between 60 m and 100 m over the hills, of which nothing comes through.
+world::World sealed_hills() {
+  world::World w = hills();
+  world::Clouds& clouds = w.environment.clouds;
+  clouds.cover = 1, clouds.height = 60, clouds.thickness = 40, clouds.size = 80, clouds.extinction = 5;
+  return w;
+}
+
+TEST_F(CloudPictures, HideTheLandBelowFromAboveAndNoneOfItFromBelow) {
+  const world::World w = sealed_hills();
+  // The same clouds over land of which all is red; shadows would tell.
+  world::World red = sealed_hills();
+  world::EditBatch batch;
+  batch.fill({{-64, 0, -64}, {63, 31, 63}}, block(red, "brick_red"));
+  apply(red, batch);
+  RenderKnobs knobs = without_levels(), none = knobs;
+  knobs.cloud_shadows = none.cloud_shadows = false;
+  knobs.cloud_steps = 32, none.cloud_steps = 0;
+  const Camera above = looking({3.5, 140.5, 60.5}, {0, -0.8, -1}), below = looking({3.5, 50.5, 60.5}, {0, -0.8, -1});
+  const auto cost = [](const Frame& f) { return std::pair(f.report.rays, f.report.passes.size()); };
+  for (Backend* backend : std::initializer_list<Backend*>{raster_.get(), raycast_.get()})
+    for (const LightTransport transport : {LightTransport::direct, LightTransport::path}) {
+      if (transport == LightTransport::path && backend == raster_.get()) continue;
+      knobs.light_transport = none.light_transport = transport;
+      const Image seen = draw(*backend, w, above, knobs, 160, 90).image;
+      EXPECT_GE(share_within(seen, draw(*backend, red, above, knobs, 160, 90).image, 1), 1) << "no land is seen";
+      EXPECT_GT(flip(seen, draw(*backend, w, above, none, 160, 90).image), 0.1);
+      if (transport == LightTransport::path) continue;
+      const Frame with = draw(*backend, w, below, knobs, 160, 90), without = draw(*backend, w, below, none, 160, 90);
+      knobs.transparency = none.transparency = Transparency::opaque;  // water mirrors them
+      EXPECT_TRUE(same(draw(*backend, w, below, knobs, 160, 90).image, draw(*backend, w, below, none, 160, 90).image));
+      knobs.transparency = none.transparency = RenderKnobs{}.transparency;
+      EXPECT_EQ(cost(with), cost(without));
+    }
+}
+
+TEST_F(CloudPictures, CutAtAPeakGoOnAsTheOnesInTheSkyBesideIt) {
+  // A black tower up through the layer, 90 m away; the eye is below, within or above the clouds.
+  world::World w(world::standard_blocks());
+  world::EditBatch batch;
+  batch.fill({{-8, 0, -100}, {7, 400, -90}}, block(w, "coal_block"));
+  apply(w, batch);
+  w.environment.clouds.cover = 0.9f, w.environment.clouds.height = 150, w.environment.clouds.thickness = 60;
+  w.environment.clouds.size = 120, w.environment.clouds.extinction = 0.03f;
+  w.environment.sky_zenith = w.environment.sky_horizon = w.environment.sky_ground = {};
+  RenderKnobs knobs = without_levels(), none = knobs;
+  none.cloud_steps = 0;
+  for (const double y : {60.5, 180.5, 300.5}) {
+    const Camera camera = looking({0.5, y, 0.5}, {0.02, (180 - y) / 95, -1});
+    const Image a = draw(*raster_, w, camera, knobs, kWidth, kHeight).image,
+                b = draw(*raycast_, w, camera, knobs, kWidth, kHeight).image,
+                bare = draw(*raycast_, w, camera, none, kWidth, kHeight).image;
+    EXPECT_GE(share_within(a, b, 2), 0.999) << y;
+    // Pixels of the tower are as bright as the sky's at most, and brighter than without clouds somewhere.
+    double before_tower = 0;
+    for (int row = 0; row < kHeight; ++row) {
+      const double on = std::abs(double{b.at(kWidth / 2 - 6, row).g} - double{bare.at(kWidth / 2 - 6, row).g});
+      before_tower = std::max(before_tower, on);
+    }
+    EXPECT_GT(before_tower, 5) << y;
+  }
+}
+
+TEST_F(CloudPictures, BeforeLandAreWhatEveryTransportOfLightShows) {
+  world::World w = clouded_hills();
+  w.environment.clouds.height = 60, w.environment.clouds.thickness = 40, w.environment.clouds.size = 80;
+  w.environment.clouds.extinction = 0.05f, w.environment.sky_zenith = w.environment.sky_horizon = {};
+  w.environment.sky_ground = {};
+  // Black land: all light is that of clouds.
+  world::EditBatch batch;
+  batch.fill({{-64, 0, -64}, {63, 31, 63}}, block(w, "coal_block"));
+  apply(w, batch);
+  RenderKnobs knobs = without_levels();
+  for (const double y : {130.5, 80.5}) {
+    const Camera camera = looking({3.5, y, 90.5}, {0.1, -0.7, -1});
+    knobs.light_transport = LightTransport::direct;
+    const Image direct = draw(*raycast_, w, camera, knobs, 64, 36).image;
+    for (const LightTransport transport :
+         {LightTransport::whitted, LightTransport::ambient_occlusion, LightTransport::path, LightTransport::photons}) {
+      knobs.light_transport = transport;
+      knobs.spp = 1;
+      const Image other = draw(*raycast_, w, camera, knobs, 64, 36).image;
+      double sum = 0, of_other = 0, off = 0;
+      for (size_t i = 0; i < direct.pixels.size(); ++i) {
+        sum += double{direct.pixels[i].g}, of_other += double{other.pixels[i].g};
+        off += std::abs(double{direct.pixels[i].g} - double{other.pixels[i].g});
+      }
+      // The last two look through another point of each pixel, where clouds have another grain.
+      const bool same_point = transport == LightTransport::whitted || transport == LightTransport::ambient_occlusion;
+      EXPECT_LT(off, (same_point ? 0.01 : 0.25) * sum) << y << " " << static_cast<int>(transport);
+      EXPECT_NEAR(of_other / sum, 1, 0.02) << y << " " << static_cast<int>(transport);
+    }
+  }
+}
+
+TEST_F(CloudPictures, BehindFogAndBeforeItHaveTheLightThatPathsFind) {
+  // Fog that takes light and sends none, from above the clouds to the land, and clouds in it.
+  world::World w = sealed_hills();
+  w.environment.clouds.extinction = 0.05f;
+  w.environment.sky_zenith = w.environment.sky_horizon = w.environment.sky_ground = {};  // paths take it from fog
+  world::Medium fog;
+  fog.kind = "homogeneous", fog.absorption = {0.004f, 0.008f, 0.016f};
+  w.media = {fog};
+  RenderKnobs knobs = without_levels();
+  for (const double y : {160.5, 80.5}) {
+    const Camera camera = looking({3.5, y, 60.5}, {0, -0.8, -1});
+    const Image direct = draw(*raycast_, w, camera, knobs, 32, 18).image;
+    EXPECT_GE(share_within(draw(*raster_, w, camera, knobs, 32, 18).image, direct, 2), 0.995);
+    // Light that the land sends on to land is the paths' alone: only clouds are seen.
+    RenderKnobs paths = knobs;
+    paths.light_transport = LightTransport::path, paths.spp = 256, paths.max_depth = 1;
+    const Image traced = draw(*raycast_, w, camera, paths, 32, 18).image;
+    const auto mean = [](const Image& image) {
+      Rgb sum{};
+      for (const Rgb& pixel : image.pixels) sum = sum + pixel * (1.0f / static_cast<float>(image.pixels.size()));
+      return sum;
+    };
+    const Rgb a = mean(direct), b = mean(traced);
+    EXPECT_NEAR(b.r / a.r, 1, 0.03) << y;
+    EXPECT_NEAR(b.b / a.b, 1, 0.03) << y;
+  }
 }
 
 TEST_F(CloudPictures, CostNothingWhereThereAreNone) {

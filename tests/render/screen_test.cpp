@@ -330,7 +330,8 @@ TEST(InhabitantsOfAPicture, ASmallParticleKeepsItsShareOfAPixel) {
     const world::WorldView view(w);
     const DrawnInhabitants drawn = drawn_inhabitants(view, {{}, one, {}}, camera, {}, 320, 180);
     Image image(320, 180);
-    std::vector<float> distances(image.pixels.size(), 1e30f);
+    const std::vector<float> far(image.pixels.size(), 1e30f);
+    PixelDistances distances{far, far};
     draw_over(drawn, camera, distances, image);
     double total = 0;
     for (const Rgb& p : image.pixels) total += double{p.g};
@@ -373,7 +374,8 @@ TEST(InhabitantsOfAPicture, AThinParticleHidesAsMuchHoweverItMoves) {
     knobs.shutter = shutter;
     const DrawnInhabitants drawn = drawn_inhabitants(world::WorldView(w), {{}, one, {}}, camera, knobs, 640, 360);
     Image image(640, 360);
-    std::vector<float> distances(image.pixels.size(), 1e30f);
+    const std::vector<float> far(image.pixels.size(), 1e30f);
+    PixelDistances distances{far, far};
     draw_over(drawn, camera, distances, image);
     double total = 0;
     for (const Rgb& p : image.pixels) total += double{p.g};

@@ -188,30 +188,42 @@ SHARED float cloud_dither(vec3 direction) {
   return cloud_corner(uint(int(cell.x)), uint(int(cell.y)), uint(int(cell.z)), 77u);
 }
 
-/* rgb: what the layer adds to what lies behind it, of which it lets through a. `behind`: the sky's radiance there.
- * `from`: m from the voxel's corner. */
-SHARED vec4 clouds_along(SHARED_IN(CloudLayer) c, vec3 from, vec3 direction, vec3 behind, int steps, int light_steps) {
+/* Of clouds along a ray, up to where it ends. */
+struct CloudView {
+  vec3 added SHARED_INIT(vec3(0.0f)); /* to what lies behind them, */
+  float through SHARED_INIT(1.0f);    /* of which they let this much through */
+  float distance SHARED_INIT(0.0f);   /* m, the mean of what hides */
+};
+
+/* Up to t_end along the ray. `behind`: the sky's radiance there. `from`: m from the voxel's corner. Where a ray ends
+ * moves none of the places before: what lies in a cloud cuts into the one that is seen beside it. */
+SHARED CloudView clouds_along(SHARED_IN(CloudLayer) c, vec3 from, vec3 direction, vec3 behind, int steps,
+                              int light_steps, float t_end) {
+  CloudView view;
+  view.added = vec3(0.0f);
+  view.through = 1.0f;
+  view.distance = 0.0f;
   float base = c.place.y - from.y, top = base + c.shape.x;
   float slope = abs(direction.y) < 1e-6f ? (direction.y < 0.0f ? -1e-6f : 1e-6f) : direction.y;
   float a = base / slope, b = top / slope;
-  float start = max(min(a, b), 0.0f), end = min(max(a, b), kCloudFar);
-  if (!(end > start)) return vec4(0.0f, 0.0f, 0.0f, 1.0f);
+  float start = max(min(a, b), 0.0f), out_of_layer = min(max(a, b), kCloudFar), end = min(out_of_layer, t_end);
+  if (!(end > start)) return view;
   vec4 phases = cloud_phases(dot(direction, vec3(c.sun)));
-  vec3 added = vec3(0.0f);
-  float through = 1.0f;
   if (steps == 1) {
-    float t = 0.5f * (start + end);
+    float t = 0.5f * (start + out_of_layer);
     vec3 place = from + t * direction;
     vec2 at = vec2(c.place.x, c.place.z) + vec2(place.x, place.z) * c.place.w;
     float column = cloud_column(cloud_lumps(c, at, 0.0f) - c.shape.z);
     float depth = c.shape.y * column * (end - start), fade = exp(-t / kCloudHaze);
-    through = exp(-depth);
+    view.through = exp(-depth);
+    view.distance = 0.5f * (start + end);
     vec3 source = cloud_source(c, phases, light_steps > 0 ? 0.5f * c.shape.y * c.shape.x * column : 0.0f, 0.3f);
-    return vec4((1.0f - through) * mix(behind, source, fade), through);
+    view.added = (1.0f - view.through) * mix(behind, source, fade);
+    return view;
   }
-  float reach = c.shape.x, ratio = log((end + reach) / (start + reach));
+  float reach = c.shape.x, ratio = log((out_of_layer + reach) / (start + reach));
   float dither = cloud_dither(direction), before = start;
-  for (int i = 0; i < steps; ++i) {
+  for (int i = 0; i < steps && before < end; ++i) {
     float next = (start + reach) * exp(ratio * (float(i + 1) / float(steps))) - reach;
     float t = mix(before, next, dither), width = next - before;
     vec3 place = from + t * direction;
@@ -219,15 +231,23 @@ SHARED vec4 clouds_along(SHARED_IN(CloudLayer) c, vec3 from, vec3 direction, vec
     if (density > 0.0f) {
       vec3 source =
           cloud_source(c, phases, cloud_depth_to_sun(c, place, light_steps), (place.y - c.place.y) / c.shape.x);
-      float passed = exp(-density * c.shape.y * width);
-      float fade = exp(-t / kCloudHaze);
-      added += through * (1.0f - passed) * mix(behind, source, fade);
-      through *= passed;
-      if (through < 1e-3f) break;
+      float passed = exp(-density * c.shape.y * (min(next, end) - before));
+      float fade = exp(-t / kCloudHaze), hidden = view.through * (1.0f - passed);
+      view.added += hidden * mix(behind, source, fade);
+      view.distance += hidden * min(t, end);
+      view.through *= passed;
+      if (view.through < 1e-3f) break;
     }
     before = next;
   }
-  return vec4(added, through);
+  view.distance /= max(1.0f - view.through, 1e-6f);
+  return view;
+}
+
+/* What is seen through clouds with fog before and behind them. Of the fog up to their distance: what it lets through
+ * and what it adds. `seen`: without them, with the fog of all the way. */
+SHARED vec3 clouds_laid_over(CloudView clouds, vec3 fog_through, vec3 fog_added, vec3 seen) {
+  return fog_added + fog_through * clouds.added + clouds.through * max(seen - fog_added, vec3(0.0f));
 }
 
 SHARED_NAMESPACE_END

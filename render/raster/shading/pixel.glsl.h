@@ -3,8 +3,8 @@
 #define LOAM_RENDER_RASTER_SHADING_PIXEL_GLSL_H
 #include "render/raster/shading/mesh.glsl.h"
 #include "render/raster/shading/shape.glsl.h"
-#include "render/raster/shading/sky.glsl.h"
 #include "render/raster/shading/surface.glsl.h"
+#include "render/raster/shading/veil.glsl.h"
 
 layout(constant_id = kSpecShapes) const bool kShapes = false;
 layout(constant_id = kSpecMeshPixels) const bool kMeshPixels = false;
@@ -67,12 +67,14 @@ vec3 pixel_radiance(uvec2 pixel, uvec2 seen) {
       colour = met.radiance;
     }
   }
-  if ((kViewEnds || kShadedPart != kShadedSurfaces) && distance == kMediumFar)
-    colour = seen_far(picture.fraction.xyz, direction);
+  if ((kViewEnds || kShadedPart != kShadedSurfaces) && distance == kMediumFar) {
+    colour = seen_far(direction);
+    if (kCloudSteps > 0 && !kCloudsBefore) colour = behind_clouds(colour, picture.fraction.xyz, direction);
+  }
   if (kBsdf && picture.eye_absorption.w != 0.0) colour *= attenuation(picture.eye_absorption.rgb, distance);
-  if (kMedia) {
-    const FogView fog = fog_along(picture.camera_voxel.xyz, picture.fraction.xyz, direction, distance);
-    colour = fog.value * colour + fog.added;
+  if (kVeiled) {
+    const FogView veil = veil_before(direction, distance);
+    colour = veil.value * colour + veil.added;
   }
   return colour;
 }

@@ -493,7 +493,7 @@ TEST(LensFlare, IsHiddenWithItsSpot) {
   const Camera camera = camera_at({}, {0.5, 0.5, 0.5}, {0, 0, -1});
   const auto spots_now = [&] {
     const world::WorldView view(w);
-    return flare_spots(view, camera, 160, 90);
+    return flare_spots(view, camera, {}, 160, 90);
   };
   const auto open = spots_now();
   ASSERT_EQ(open.size(), 1u);
@@ -517,6 +517,40 @@ TEST(LensFlare, IsHiddenWithItsSpot) {
   auto plan = plan_effects(view, camera, knobs, 160, 90);
   ASSERT_TRUE(plan.ok());
   EXPECT_TRUE(plan->empty());
+}
+
+TEST(LensFlare, IsHiddenByCloudsAsFarAsTheyHideTheSun) {
+  world::World w(world::standard_blocks());
+  w.environment.sun_direction = glm::normalize(Vec3d(0.02, 0.5, -1));
+  w.environment.clouds.cover = 0.5f;
+  Camera camera = camera_at({}, {0.5, 0.5, 0.5}, {0, 0, -1});
+  camera.forward = glm::normalize(Vec3d(0, 0.5, -1));
+  RenderKnobs knobs;
+  knobs.cloud_steps = 64;
+  const auto spots_of = [&](const RenderKnobs& k) {
+    const world::WorldView view(w);
+    return flare_spots(view, camera, k, 160, 90);
+  };
+  RenderKnobs none = knobs;
+  none.cloud_steps = 0;
+  const auto open = spots_of(none);
+  ASSERT_EQ(open.size(), 1u);
+  int hidden = 0, clear = 0, part = 0;
+  for (int i = 0; i < 40; ++i) {
+    w.environment.clouds.drifted = {160.0 * i, 0, 0};
+    const auto spots = spots_of(knobs);
+    const float seen = spots.empty() ? 0 : spots[0].radiance.g / open[0].radiance.g;
+    EXPECT_LE(seen, 1.0001f);
+    (seen < 0.02f ? hidden : seen > 0.98f ? clear : part) += 1;
+  }
+  EXPECT_GT(hidden, 5);
+  EXPECT_GT(clear, 5);
+  EXPECT_GT(part, 0);
+  // From above them the sun is free.
+  camera.position.voxel.y = 2000;
+  const auto above = spots_of(knobs);
+  ASSERT_EQ(above.size(), 1u);
+  EXPECT_EQ(above[0].radiance.g, open[0].radiance.g);
 }
 
 TEST(Tiles, OfAPictureGetTheEffectsOfTheWhole) {

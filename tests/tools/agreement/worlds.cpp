@@ -94,6 +94,13 @@ PicturedWorld hills_in(std::vector<world::Medium> media) {
   return seen(std::move(w), cameras);
 }
 
+/// Between the tops of the hills and what stands on them: of their cameras two are above, two within, one below.
+World low_clouds(World w) {
+  world::Clouds& clouds = w.environment.clouds;
+  clouds.cover = 0.55f, clouds.height = 18, clouds.thickness = 24, clouds.size = 60, clouds.extinction = 0.06f;
+  return w;
+}
+
 PicturedWorld panes_in_fog(world::Vec3f half_extent) {
   World w = render::panes(4, {"glass_red", "glass", "lace"});
   w.media = {render::fog_box(half_extent)};
@@ -318,6 +325,20 @@ const std::map<std::string, Maker>& makers() {
       m[std::string("hills in ") + kind] = [kind] { return hills_in({render::medium(kind)}); };
     m["hills in three fogs"] = [] {
       return hills_in({render::medium("box_fog"), render::medium("ellipsoid_fog"), render::medium("height_fog")});
+    };
+    m["hills among clouds"] = [] { return seen(low_clouds(render::hills()), render::hill_cameras()); };
+    m["hills among clouds by the tracer"] = [] {
+      return seen(low_clouds(by_a_spark(render::hills())), render::hill_cameras());
+    };
+    m["hills among clouds in height_fog"] = [] {
+      PicturedWorld made = hills_in({render::medium("height_fog")});
+      made.world = low_clouds(std::move(made.world));
+      return made;
+    };
+    m["a crowd among clouds"] = [] {
+      PicturedWorld made = crowd_over_hills();
+      made.world = low_clouds(std::move(made.world));
+      return made;
     };
     m["smoke"] = smoke;
     m["two balls of density"] = solid_balls;

@@ -15,7 +15,9 @@ namespace world {
 namespace {
 
 using glm::vec3;
-using shared::CloudLayer;
+using shared::CloudLayer, shared::CloudView, shared::kCloudFar;
+
+constexpr float kEndless = 1e30f;
 
 Environment clouded(float cover, uint32_t seed = 1) {
   Environment e;
@@ -153,8 +155,8 @@ TEST(Clouds, OfAThickLayerSendBackThreeFifthsOfTheSunsLight) {
   constexpr int kRays = 400;
   for (uint64_t i = 0; i < kRays; ++i) {
     const vec3 from = place_over_land(layer, i) + vec3(0, layer.shape.x + 1, 0);
-    const glm::vec4 seen = clouds_along(layer, from, {0, -1, 0}, vec3(0), 256, 16);
-    sum += double{seen.x} * std::numbers::pi / 100 / kRays;
+    const CloudView seen = clouds_along(layer, from, {0, -1, 0}, vec3(0), 256, 16, kEndless);
+    sum += double{seen.added.x} * std::numbers::pi / 100 / kRays;
   }
   EXPECT_NEAR(sum, 0.6, 0.03);
 }
@@ -170,23 +172,75 @@ TEST(Clouds, AddNoMoreThanTheyHideWhereTheirLightIsThatOfTheSkyAround) {
     const vec3 direction(level * std::cos(angle), up, level * std::sin(angle));
     const vec3 from(0, static_cast<float>(i % 3) * 600, 0);
     for (const int steps : {1, 3, 32}) {
-      const glm::vec4 seen = clouds_along(layer, from, direction, vec3(10), steps, 2);
-      EXPECT_GE(seen.w, 0);
-      EXPECT_LE(seen.w, 1);
-      EXPECT_GE(seen.x, 0);
-      EXPECT_LE(seen.x + 10 * seen.w, 10.001f) << up;
+      const CloudView seen = clouds_along(layer, from, direction, vec3(10), steps, 2, kEndless);
+      EXPECT_GE(seen.through, 0);
+      EXPECT_LE(seen.through, 1);
+      EXPECT_GE(seen.added.x, 0);
+      EXPECT_LE(seen.added.x + 10 * seen.through, 10.001f) << up;
     }
   }
 }
 
 TEST(Clouds, AreLeftOutWhereARayMissesTheirLayer) {
   const CloudLayer layer = layer_of(clouded(1));
-  const glm::vec4 nothing(0, 0, 0, 1);
-  EXPECT_EQ(clouds_along(layer, {0, 50, 0}, glm::normalize(vec3(1, -0.2f, 0)), vec3(5), 8, 2), nothing);
-  EXPECT_EQ(clouds_along(layer, {0, 50, 0}, {1, 0, 0}, vec3(5), 8, 2), nothing) << "level, below them";
-  EXPECT_EQ(clouds_along(layer, {0, 2000, 0}, {0, 1, 0}, vec3(5), 8, 2), nothing);
-  EXPECT_LT(clouds_along(layer, {0, 2000, 0}, {0, -1, 0}, vec3(5), 8, 2).w, 0.1f);
-  EXPECT_LT(clouds_along(layer, {0, 1000, 0}, {1, 0, 0}, vec3(5), 64, 2).w, 0.1f) << "level, within them";
+  const auto through = [&](vec3 from, vec3 direction, int steps) {
+    const CloudView seen = clouds_along(layer, from, glm::normalize(direction), vec3(5), steps, 2, kEndless);
+    EXPECT_TRUE(seen.through < 1 || seen.added == vec3(0));
+    return seen.through;
+  };
+  EXPECT_EQ(through({0, 50, 0}, {1, -0.2f, 0}, 8), 1);
+  EXPECT_EQ(through({0, 50, 0}, {1, 0, 0}, 8), 1) << "level, below them";
+  EXPECT_EQ(through({0, 2000, 0}, {0, 1, 0}, 8), 1);
+  EXPECT_LT(through({0, 2000, 0}, {0, -1, 0}, 8), 0.1f);
+  EXPECT_LT(through({0, 1000, 0}, {1, 0, 0}, 64), 0.1f) << "level, within them";
+}
+
+TEST(Clouds, BeforeThingsGrowWithTheirDistanceUpToThoseOfTheWholeRay) {
+  const CloudLayer layer = layer_of(clouded(0.6f));
+  int grown = 0;
+  for (uint64_t i = 0; i < 600; ++i) {
+    const float up = static_cast<float>(i % 40) / 20 - 1, level = std::sqrt(1 - up * up), angle = static_cast<float>(i);
+    const vec3 direction(level * std::cos(angle), up, level * std::sin(angle));
+    // Below the layer, within it and above.
+    const vec3 from(300 * angle, 700 + 300 * static_cast<float>(i % 3), 0);
+    for (const int steps : {1, 8, 64}) {
+      const auto up_to = [&](float t) { return clouds_along(layer, from, direction, vec3(10), steps, 2, t); };
+      const CloudView whole = up_to(kEndless);
+      CloudView before = up_to(0);
+      EXPECT_EQ(before.through, 1);
+      for (float t = 1; t < 2 * kCloudFar; t *= 1.3f) {
+        const CloudView seen = up_to(t);
+        EXPECT_LE(seen.through, before.through);
+        EXPECT_TRUE(glm::all(glm::greaterThanEqual(seen.added, before.added)));
+        EXPECT_GE(seen.through, whole.through);
+        EXPECT_LE(seen.distance, t * 1.0001f);
+        grown += seen.through < before.through;
+        before = seen;
+      }
+      EXPECT_EQ(before.through, whole.through);
+      EXPECT_EQ(before.added, whole.added);
+    }
+  }
+  EXPECT_GT(grown, 1000);
+}
+
+/// Land below the base never asks for clouds from below.
+TEST(Clouds, LieBeforeNothingThatLiesBelowThemWithTheEye) {
+  const CloudLayer layer = layer_of(clouded(1));
+  for (float t = 1; t < 1e5f; t *= 2)
+    for (const float y : {0.0f, 400.0f, layer.place.y - 1}) {
+      const vec3 from(0, 100, 0), direction = glm::normalize(vec3(t, y - 100, 0));
+      EXPECT_EQ(clouds_along(layer, from, direction, vec3(10), 8, 2, glm::length(vec3(t, y - 100, 0))).through, 1);
+    }
+}
+
+TEST(Clouds, BetweenFogAndFogHideWhatTheFogBehindThemAdds) {
+  CloudView clouds;
+  clouds.added = vec3(3), clouds.through = 0.25f;
+  // No fog; fog before them alone; fog behind them alone.
+  EXPECT_EQ(clouds_laid_over(clouds, vec3(1), vec3(0), vec3(8)), vec3(5));
+  EXPECT_EQ(clouds_laid_over(clouds, vec3(0.5f), vec3(2), vec3(0.5f * 8 + 2)), vec3(0.5f * 5 + 2));
+  EXPECT_EQ(clouds_laid_over(clouds, vec3(1), vec3(0), vec3(0.5f * 8 + 2)), vec3(3 + 0.25f * 6));
 }
 
 TEST(Clouds, ComeNearerToManyStepsWithMoreOfThem) {
@@ -197,9 +251,9 @@ TEST(Clouds, ComeNearerToManyStepsWithMoreOfThem) {
       const float angle = static_cast<float>(i), up = 0.2f + 0.7f * static_cast<float>(i % 20) / 20;
       const float level = std::sqrt(1 - up * up);
       const vec3 direction(level * std::cos(angle), up, level * std::sin(angle));
-      const glm::vec4 exact = clouds_along(layer, {0, 50, 0}, direction, vec3(20), 512, 8),
-                      seen = clouds_along(layer, {0, 50, 0}, direction, vec3(20), steps, 8);
-      sum += std::abs(double{seen.w} - exact.w);
+      const CloudView exact = clouds_along(layer, {0, 50, 0}, direction, vec3(20), 512, 8, kEndless),
+                      seen = clouds_along(layer, {0, 50, 0}, direction, vec3(20), steps, 8, kEndless);
+      sum += std::abs(double{seen.through} - exact.through);
     }
     return sum / 400;
   };
