@@ -145,10 +145,13 @@ Vec3d first_surface(Transport& t, const TraceRay& camera_ray, Shade shade) {
       seen = Vec3d(s.emission);
     else
       seen = Vec3d(s.emission) + shade(s);
-    if (!layers.any && absorption != Vec3f(0)) seen *= absorbed(absorption, s.t);
     // Beside what fog and clouds add. Bodies have their clouds already.
     const Vec3d behind = on_body ? max(fog.value * seen + fog.added - veil.added, Vec3d(0)) : veil.value * seen;
-    if (!layers.any) return behind + veil.added;
+    if (!layers.any) {
+      const Vec3d through = absorbed(absorption, s.t);
+      // What is looked through takes of fog too.
+      return through * behind + (t.shared.see_through ? through * veil.added : veil.added);
+    }
     const uint32_t pattern = static_cast<uint32_t>(t.knobs().coverage_pattern);
     const std::vector<shared::SeeThroughBlock>& blocks = t.shared.see_through->blocks();
     layers.view = met_media(layers.view, glsl::vec3(1), glsl::vec3(veil.added));

@@ -95,9 +95,10 @@ PicturedWorld hills_in(std::vector<world::Medium> media) {
 }
 
 /// Between the tops of the hills and what stands on them: of their cameras two are above, two within, one below.
-World low_clouds(World w) {
+World low_clouds(World w, float height = 18, float thickness = 24) {
   world::Clouds& clouds = w.environment.clouds;
-  clouds.cover = 0.55f, clouds.height = 18, clouds.thickness = 24, clouds.size = 60, clouds.extinction = 0.06f;
+  clouds.cover = 0.55f, clouds.height = height, clouds.thickness = thickness, clouds.size = 2.5f * thickness;
+  clouds.extinction = 0.06f;
   return w;
 }
 
@@ -418,6 +419,13 @@ const std::map<std::string, Maker>& makers() {
     };
     m["bodies by the tracer"] = [] {
       return with_bodies(by_a_spark(render::pond()), render::pond_cameras(), render::kBodiesByThePond);
+    };
+    m["bodies and clouds by the pond"] = [] {
+      return with_bodies(low_clouds(render::pond(), -1, 9), render::pond_cameras(), render::kBodiesByThePond);
+    };
+    m["bodies and clouds by the tracer"] = [] {
+      return with_bodies(low_clouds(by_a_spark(render::pond()), -1, 9), render::pond_cameras(),
+                         render::kBodiesByThePond);
     };
     return m;
   }();
