@@ -79,7 +79,6 @@ world::Result<VkPipeline> DeviceEffects::pipeline(const Variant& variant) {
   const uint32_t used = variant.shader == Shader::finish ? 3 : variant.shader == Shader::add_sample ? 0 : 1;
   const VkSpecializationInfo special{used, entries, sizeof values, values};
   auto info = vk_info<VkComputePipelineCreateInfo>(VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO);
-  info.flags = VK_PIPELINE_CREATE_DISPATCH_BASE_BIT;  // gpu::TimeSlices
   info.stage = vk_info<VkPipelineShaderStageCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO);
   info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
   info.stage.module = module;
@@ -190,8 +189,7 @@ world::Status DeviceEffects::prepare(gpu::Device& device, const EffectPlan& plan
   return {};
 }
 
-void DeviceEffects::record(VkCommandBuffer commands, gpu::TimeSlices& slices,
-                           const std::function<void(const char*)>& mark) const {
+void DeviceEffects::record(VkCommandBuffer commands, const std::function<void(const char*)>& mark) const {
   const auto use = [&](VkPipeline pipeline) { vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline); };
   const auto bind = [&](VkDescriptorSet set) {
     vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_, 0, 1, &set, 0, nullptr);
@@ -205,7 +203,7 @@ void DeviceEffects::record(VkCommandBuffer commands, gpu::TimeSlices& slices,
                          1.0f / static_cast<float>(shaded_.samples)};
     vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof what, &what);
     const uint32_t all = (what.numbers + 63) / 64;
-    slices.dispatch(commands, add_, std::min(all, 65535u), (all + 65534) / 65535);
+    vkCmdDispatch(commands, std::min(all, 65535u), (all + 65534) / 65535, 1);
     between_passes(commands);
   }
   if (!plan_.empty() && shaded_.last()) {
@@ -214,14 +212,14 @@ void DeviceEffects::record(VkCommandBuffer commands, gpu::TimeSlices& slices,
     for (const BloomStep& step : plan_.bloom_steps) {
       use(steps_.at(step.kind));
       vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof step, &step);
-      slices.dispatch(commands, steps_.at(step.kind), groups(step.to_width), groups(step.to_height));
+      vkCmdDispatch(commands, groups(step.to_width), groups(step.to_height), 1);
       between_passes(commands);
     }
     const int width = plan_.frame.size.x, height = plan_.frame.size.y;
     if (plan_.meter) {
       mark("exposure_meter");
       use(count_);
-      slices.dispatch(commands, count_, groups(width), groups((height + 7) / 8));
+      vkCmdDispatch(commands, groups(width), groups((height + 7) / 8), 1);
       between_passes(commands);
       use(resolve_);
       vkCmdDispatch(commands, 1, 1, 1);
@@ -229,7 +227,7 @@ void DeviceEffects::record(VkCommandBuffer commands, gpu::TimeSlices& slices,
     }
     mark(finish_name_.c_str());
     use(finish_);
-    slices.dispatch(commands, finish_, groups(width), groups(height));
+    vkCmdDispatch(commands, groups(width), groups(height), 1);
   }
   barrier(commands, kCompute, kWritten, VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
 }

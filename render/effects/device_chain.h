@@ -7,7 +7,7 @@
 #include <map>
 
 #include "render/effects/chain.h"
-#include "render/gpu/time_slices.h"
+#include "render/gpu/owned.h"
 
 namespace render {
 
@@ -30,7 +30,7 @@ class DeviceEffects {
   world::Status prepare(gpu::Device& device, const EffectPlan& plan, const ShadedPicture& shaded);
   /// After the radiance was written by compute shaders or copies. Marks are called before each of the passes of
   /// effect_passes(), and "add_sample" before those.
-  void record(VkCommandBuffer commands, gpu::TimeSlices& slices, const std::function<void(const char*)>& mark) const;
+  void record(VkCommandBuffer commands, const std::function<void(const char*)>& mark) const;
   /// What the last sample's recording made.
   EffectOutcome read(Image& image) const;
   /// Bytes that buffers of effects take on the device.

@@ -65,16 +65,6 @@ uint64_t TimeSlices::of_slice(uint64_t groups, double group_ms) const {
   return forced ? std::max<uint64_t>(divided_up(groups, forced), 1) : groups_of_slice(groups, group_ms);
 }
 
-void TimeSlices::dispatch(VkCommandBuffer commands, VkPipeline pipeline, uint32_t groups_x, uint32_t groups_y) {
-  const uint64_t groups = uint64_t{groups_x} * groups_y;
-  const double group_ms = foreseen(pipeline);
-  const auto [most, slices] = each_slice(groups_x, groups_y, of_slice(groups, group_ms),
-                                         [&](uint32_t x, uint32_t y, uint32_t width, uint32_t height) {
-                                           vkCmdDispatchBase(commands, x, y, 0, width, height, 1);
-                                         });
-  uses_.push_back({pipeline, rows_, groups, most, slices, group_ms});
-}
-
 void TimeSlices::draw(VkCommandBuffer commands, VkPipeline pipeline, VkExtent2D picture) {
   const uint32_t across = (picture.width + kSquarePixels - 1) / kSquarePixels;
   const uint32_t down = (picture.height + kSquarePixels - 1) / kSquarePixels;

@@ -9,7 +9,9 @@
 ///
 /// cost   five slices of 46 ms of shading on lavapipe: 1 ms; 32: 8 ms. A list's tiles: 0.3 ms for their second atomic
 /// error  groups are taken to be alike, and the camera to move little: hence the aim far below the most
-/// Doesn't cut draws of geometry, nor what is submitted at once, which drivers limit too, to seconds.
+/// Doesn't cut draws of geometry; nor dispatches that no shader makes, since with vkCmdDispatchBase() pictures of
+/// lavapipe's (Mesa 22.3.6) lacked tiles of the occlusion test; nor what is submitted at once, which drivers limit too,
+/// to seconds.
 #pragma once
 
 #include <functional>
@@ -46,8 +48,6 @@ class TimeSlices {
   /// Once the device is done.
   void end_picture(std::span<const double> row_ms);
 
-  /// vkCmdDispatch(). The pipeline is bound, and was made with VK_PIPELINE_CREATE_DISPATCH_BASE_BIT.
-  void dispatch(VkCommandBuffer commands, VkPipeline pipeline, uint32_t groups_x, uint32_t groups_y = 1);
   /// vkCmdDraw() of a triangle that covers the picture, whose scissor is all of it. The pipeline is bound.
   void draw(VkCommandBuffer commands, VkPipeline pipeline, VkExtent2D picture);
 

@@ -56,6 +56,8 @@ vec3 walk_sky(BlockWalk w, vec3 direction) {
 
 /// A share of the picture below which a mirrored ray is not worth its cost.
 const float kLeastMirrored = 0.004;
+/// Rays of a pixel that are followed one after the other.
+const int kMostFollowed = 64;
 
 /// Where a ray starts, and how much of what it shows comes to the eye; 0: there is none.
 struct FollowedRay {
@@ -183,7 +185,7 @@ vec3 followed_radiance(ivec3 voxel, vec3 fraction, vec3 direction, uint medium, 
   FollowedRay ray = FollowedRay(voxel, fraction, direction, vec3(1), medium);
   vec3 seen = vec3(0);
   int interfaces = 0;
-  while (ray.through != vec3(0)) {
+  for (int rays = 0; rays < kMostFollowed && ray.through != vec3(0); ++rays) {
     FollowedRay mirrored_ray;
     seen += ray_radiance(ray, bends, interfaces, mirrored_ray);
     ray = mirrored_ray;

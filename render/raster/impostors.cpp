@@ -372,7 +372,7 @@ void Impostors::record_making(VkCommandBuffer commands, PassContext& context, co
     pack.low = to_vec4(corner - impostor.view.camera.position.fraction,
                        std::ldexp(kChunkSize, made.corner.w & static_cast<int>(kChunkLevel)));
     pack_.push(commands, pack);
-    dispatch_pixels(commands, context, pack_, {width, height});
+    dispatch_pixels(commands, {width, height});
   }
   memory_barrier(commands, kComputeWrite, kFragmentRead | kHostRead);
 }

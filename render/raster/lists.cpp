@@ -123,7 +123,7 @@ class ListOrder : public LayerOrder {
     if (listed_)
       dispatch_.record(commands, context.slices, [&](uint32_t first_group) { resolve_.push(commands, first_group); });
     else
-      dispatch_pixels(commands, context, resolve_, context.targets.extent());
+      dispatch_pixels(commands, context.targets.extent());
   }
 
   world::Status finish(PassContext& context, FrameReport& report) override {

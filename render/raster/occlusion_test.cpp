@@ -59,7 +59,7 @@ void OcclusionTest::record(VkCommandBuffer commands, PassContext& context,
   image_barrier(commands, targets.depth.handle, VK_IMAGE_ASPECT_DEPTH_BIT, kDepthReadWrite, kComputeRead);
   const auto tiles = [](int pixels) { return (static_cast<uint32_t>(pixels) + kTilePixels - 1) / kTilePixels; };
   context.bindings.use(commands, tiles_);
-  context.slices.dispatch(commands, tiles_.handle, (tiles(targets.width) + 15) / 16, (tiles(targets.height) + 3) / 4);
+  vkCmdDispatch(commands, (tiles(targets.width) + 15) / 16, (tiles(targets.height) + 3) / 4, 1);
   // The test writes into draws and indices that earlier ones may still read.
   memory_barrier(commands, kComputeWrite | kIndirectRead | kIndexRead, kComputeReadWrite);
   uint32_t begin = 0;
@@ -69,8 +69,7 @@ void OcclusionTest::record(VkCommandBuffer commands, PassContext& context,
     context.bindings.use(commands, test_);
     const uint32_t range[] = {begin, ends_[page]};
     test_.push(commands, range);
-    context.slices.dispatch(commands, test_.handle,
-                            ((ends_[page] - begin) * kCandidateWords + kTestGroup - 1) / kTestGroup);
+    vkCmdDispatch(commands, ((ends_[page] - begin) * kCandidateWords + kTestGroup - 1) / kTestGroup, 1, 1);
     begin = ends_[page];
   }
   if (context.device.counts_draws()) {

@@ -67,9 +67,9 @@ PassReport& row_of(FrameReport& report, std::string_view name) {
   return *row;
 }
 
-void dispatch_pixels(VkCommandBuffer commands, PassContext& context, const Pipeline& pipeline, VkExtent2D pixels) {
-  context.slices.dispatch(commands, pipeline.handle, (pixels.width + kShadeGroup - 1) / kShadeGroup,
-                          (pixels.height + kShadeGroup - 1) / kShadeGroup);
+void dispatch_pixels(VkCommandBuffer commands, VkExtent2D pixels) {
+  vkCmdDispatch(commands, (pixels.width + kShadeGroup - 1) / kShadeGroup,
+                (pixels.height + kShadeGroup - 1) / kShadeGroup, 1);
 }
 
 void begin_rendering(VkCommandBuffer commands, const Targets& targets, std::span<const VkImageView> colour,

@@ -171,7 +171,7 @@ struct PassKind {
 std::span<const PassKind> pass_kinds();
 
 /// A dispatch over pixels, in groups of kShadeGroup x kShadeGroup. The pipeline is bound.
-void dispatch_pixels(VkCommandBuffer commands, PassContext& context, const Pipeline& pipeline, VkExtent2D pixels);
+void dispatch_pixels(VkCommandBuffer commands, VkExtent2D pixels);
 
 /// Sets viewport and scissor to the whole of the targets and begins rendering into `colour` views and depth (or null),
 /// loading what they hold, or clearing it to 0.

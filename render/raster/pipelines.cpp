@@ -60,7 +60,6 @@ world::Result<Pipeline> make_compute(gpu::Device& device, std::span<const uint32
   TRY_STATUS(make_layout(device, gpu::shader_bindings(code), made));
   TRY(const auto module, make_module(device, code, constants));
   auto info = gpu::vk_info<VkComputePipelineCreateInfo>(VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO);
-  info.flags = VK_PIPELINE_CREATE_DISPATCH_BASE_BIT;  // gpu::TimeSlices
   info.stage = stage(VK_SHADER_STAGE_COMPUTE_BIT, module);
   info.layout = made.layout;
   VkPipeline pipeline = VK_NULL_HANDLE;

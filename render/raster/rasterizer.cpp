@@ -238,7 +238,7 @@ world::Status Rasterizer::record(VkCommandBuffer commands, const Drawing& drawin
     stages_[i].pass->record(commands, shared, drawing);
   }
   record_read_back(commands);
-  if (finishes_) effects_.record(commands, slices_, [&](const char* name) { times_.mark(commands, name); });
+  if (finishes_) effects_.record(commands, [&](const char* name) { times_.mark(commands, name); });
   times_.end(commands);
   return bindings_.status();
 }

@@ -205,7 +205,7 @@ void ShadePass::record(VkCommandBuffer commands, PassContext& context, const Dra
     context.bindings.bind(kBindRadiance, targets.radiance, first * row_bytes, rows * row_bytes);
     context.bindings.use(commands, *bands_);
     bands_->push(commands, band);
-    dispatch_pixels(commands, context, *bands_, {width, rows});
+    dispatch_pixels(commands, {width, rows});
   }
   if (counts_rays_) put_off_dispatch_.read_head(commands);
 }

@@ -68,13 +68,13 @@ void TemporalPass::record(VkCommandBuffer commands, PassContext& context, const 
                                     row(moved, 0)};
   context.bindings.use(commands, pipeline_);
   pipeline_.push(commands, constants);
-  dispatch_pixels(commands, context, pipeline_, targets.extent());
+  dispatch_pixels(commands, targets.extent());
   // The radiance is read and written: what all pixels read is history and the image before, so a copy comes last.
   memory_barrier(commands, kComputeWrite, kComputeReadWrite);
   TemporalConstants copies = constants;
   copies.then_forward.w = -1;
   pipeline_.push(commands, copies);
-  dispatch_pixels(commands, context, pipeline_, targets.extent());
+  dispatch_pixels(commands, targets.extent());
 }
 
 world::Status TemporalPass::finish(PassContext& context, FrameReport& report) {

@@ -54,7 +54,7 @@ class WeightedOrder : public LayerOrder {
       image_barrier(commands, image->handle, VK_IMAGE_ASPECT_COLOR_BIT, kColourReadWrite, kComputeRead);
     context.times.mark(commands, "transparency_resolve");
     context.bindings.use(commands, resolve_);
-    dispatch_pixels(commands, context, resolve_, context.targets.extent());
+    dispatch_pixels(commands, context.targets.extent());
   }
 
   world::Status finish(PassContext& context, FrameReport& report) override {
