@@ -102,9 +102,7 @@ class OnDevice {
     std::memcpy(radiance_.mapped(), image.pixels.data(), bytes);
     const world::Status ready = chain_->prepare(*device_, plan, {&radiance_});
     EXPECT_TRUE(ready.ok()) << (ready.ok() ? "" : ready.error().message);
-    gpu::TimeSlices slices;
-    EXPECT_TRUE(
-        device_->run([&](VkCommandBuffer commands) { chain_->record(commands, slices, [](const char*) {}); }).ok());
+    EXPECT_TRUE(device_->run([&](VkCommandBuffer commands) { chain_->record(commands, [](const char*) {}); }).ok());
     Image out(image.width, image.height);
     const EffectOutcome made = chain_->read(out);
     if (outcome) *outcome = made;
