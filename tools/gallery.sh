@@ -151,13 +151,15 @@ twins() {
   twin "fog in a box, an ellipsoid, a half space, and by height" fog fog_volumes --set light_transport=direct
   twin "beams of the sun in a ruin" ruin ruin --camera nave --set fog_sun_rays=48
   twin "meshes: a bottle in red light" bottle nightclub --set light_transport=direct
-  twin "meshes: two blocks under a square lamp" blocks cornell --set light_transport=direct
+  twin "meshes: two blocks under a square lamp" blocks cornell --set light_transport=direct light_samples=16
   twin "a level set, sphere.vdb, by triangles and by its field" sphere "$data/vdb/sphere.vdb" --set contours=field
   twin "rain" rain rainstorm --camera drenched --ticks 200
   twin "clouds, their shadows, and a lake that mirrors them" clouds fair_weather --camera lake
   twin "snow" snow snowfall --camera pond --ticks 700
-  twin "scene_church1.vox" church "$data/vox/scene_church1.vox" --set time_of_day=15
-  twin "a region of Minecraft's, .mca" region "$data/mca/1.16/r.0.-1.mca" --set time_of_day=15
+  twin "scene_church1.vox" church "$data/vox/scene_church1.vox" --position -10 20 22 --look-at 66 4 -60 --fov 42 \
+    --set time_of_day=16 light_model=flood4 exposure=0.5
+  twin "a region of Minecraft's, .mca" region "$data/mca/1.16/r.0.-1.mca" --position 300 108 -20 --look-at 380 85 -110 \
+    --fov 60 --set time_of_day=9 light_model=flood4 exposure=0.5
 }
 twin() {  # twin WORDS NAME SCENE [ARGS]
   local words=$1 name=$2 scene=$3 folder=$gallery/twins scratch numbers="" lod
