@@ -126,10 +126,10 @@ SHARED_CONST uint kSpecCloudSteps = 44;       // int, cloud_steps; 0: no clouds 
 SHARED_CONST uint kSpecCloudLightSteps = 45;  // int, cloud_light_steps
 SHARED_CONST uint kSpecCloudShadows = 46;     // bool: they dim the sun
 SHARED_CONST uint kSpecFogShafts = 47;        // bool: fog asks for the sun along rays: fog_sun_rays
-SHARED_CONST uint kSpecCoarseFaces = 48;      // bool: pixels may see faces of coarser levels, or stand-ins (kSeenPlaced)
-SHARED_CONST uint kSpecViewEnds = 49;         // bool: the view distance ends before the world does
-SHARED_CONST uint kSpecMediumKinds = 50;      // bits of MEDIUM_... and kMediumDensityGrid: those that there are
-SHARED_CONST uint kSpecCloudsBefore = 51;     // bool: clouds may lie before others than the sky: SkyView
+SHARED_CONST uint kSpecCoarseFaces = 48;   // bool: pixels may see faces of coarser levels, or stand-ins (kSeenPlaced)
+SHARED_CONST uint kSpecViewEnds = 49;      // bool: the view distance ends before the world does
+SHARED_CONST uint kSpecMediumKinds = 50;   // bits of MEDIUM_... and kMediumDensityGrid: those that there are
+SHARED_CONST uint kSpecCloudsBefore = 51;  // bool: clouds may lie before others than the sky: SkyView
 
 /// A record of SurfaceLightLeaf in words: 16 a direction of faces, 4 a direction of counts before slices, the first
 /// code.

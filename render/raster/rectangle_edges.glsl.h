@@ -1,10 +1,10 @@
 // Whether a pixel's ray meets a face, told by the edges of the face's rectangle. An edge is a line of the grid, where
-// the face's plane `a` and another, `b`, cross: offsets p_a and p_b from the camera. The ray meets `a` before `b` or after
-// it by the sign of p_a ray_b - p_b ray_a, which is linear over the screen: three numbers an edge, worked out once a
-// face, and two multiplications and additions a pixel. Of two faces that share an edge these numbers are the same but
-// for the sign, bit by bit, since products are rounded alike either way round; so the pixel is within one of them and not
-// within the other: no crack and no overlap, at merged faces too. What lies on the line is met as the ray caster meets
-// it, which crosses planes in the order of (t, axis).
+// the face's plane `a` and another, `b`, cross: offsets p_a and p_b from the camera. The ray meets `a` before `b` or
+// after it by the sign of p_a ray_b - p_b ray_a, which is linear over the screen: three numbers an edge, worked out
+// once a face, and two multiplications and additions a pixel. Of two faces that share an edge these numbers are the
+// same but for the sign, bit by bit, since products are rounded alike either way round; so the pixel is within one of
+// them and not within the other: no crack and no overlap, at merged faces too. What lies on the line is met as the ray
+// caster meets it, which crosses planes in the order of (t, axis).
 //
 // error   rounding moves an edge by some 2^-24 / (angle of a pixel) px: 1e-4 px in a picture of 1280 by 60 degrees
 // source  Juan Pineda. A Parallel Algorithm for Polygon Rasterization. 1988 (edge functions)
@@ -22,8 +22,8 @@ layout(location = 7) flat out vec4 edge_least;
 /// below 4.
 const float kEdgeRounding = 2e-6;
 
-/// Of a part of the pixels' rays along the face's own axis, u and v. `rectangle`: low u, low v, high u, high v, from the
-/// camera.
+/// Of a part of the pixels' rays along the face's own axis, u and v. `rectangle`: low u, low v, high u, high v, from
+/// the camera.
 vec4 edges_of(float offset, vec4 rectangle, float along, float u, float v) {
   precise const vec2 here = offset * vec2(u, v);
   precise const vec4 there = rectangle * along;
@@ -41,8 +41,9 @@ void write_edges(int axis, int u, int v, float offset, vec4 rectangle) {
   const bvec4 into = bvec4(rectangle.x >= 0.0, rectangle.z < 0.0, rectangle.y >= 0.0, rectangle.w < 0.0);
   const bvec4 first = bvec4(u < axis, u < axis, v < axis, v < axis);
   edge_least = mix(vec4(0), vec4(-1e-30), equal(into, first));
-  // A plane through the eye is met at once or not at all, by a ray's smallest slope, and its faces are drawn in front of
-  // everything: to be met, rays must run towards it by more than rounding, and what stands on it is met by as much more.
+  // A plane through the eye is met at once or not at all, by a ray's smallest slope, and its faces are drawn in front
+  // of everything: to be met, rays must run towards it by more than rounding, and what stands on it is met by as much
+  // more.
   const vec4 other = abs(rectangle.xzyw);
   if (abs(offset) < kNearestFace)
     edge_least = mix(edge_least, kEdgeRounding * other, greaterThanEqual(other, vec4(kNearestFace)));

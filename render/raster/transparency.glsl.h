@@ -116,8 +116,8 @@ VeilWalk begin_pixel_veil(uvec2 seen, vec3 ray, vec3 direction) {
   return begin_veil(direction, kFogShafts ? fog_end(seen, ray) : 0.0);
 }
 
-/// What it mirrors of the sky, scatters and emits, times `scale`: radiance beside it, before what lies nearer scales it.
-/// Media and clouds take their share of it and, of the light that they add to what lies behind, leave what they add
+/// What it mirrors of the sky, scatters and emits, times `scale`: radiance beside it, before what lies nearer scales
+/// it. Media and clouds take their share of it and, of the light that they add to what lies behind, leave what they add
 /// before it; `passed`: of what lies behind, by what follows; `seen`: what that is.
 vec3 shown_radiance(Interface i, InterfaceShares shares, float scale, vec3 passed, vec3 ray, vec3 direction,
                     uvec2 seen) {

@@ -56,8 +56,8 @@ float leave_box(const GridRay ray, inout ivec3 voxel, const ivec3 size) {
 
 /// Whether nothing opaque lies along a direction up to t_max from a point of a voxel; start_is_clear: it is known that
 /// nothing opaque is there, as before a face, which saves a look. The start is the voxel in front of a face, so no bias
-/// is needed. Regions have a loop of their own: to look one up costs more than the rest of a step, and software would do
-/// so at each.
+/// is needed. Regions have a loop of their own: to look one up costs more than the rest of a step, and software would
+/// do so at each.
 bool clear_between(const ivec3 start, const vec3 fraction, const vec3 direction, float t_max, bool start_is_clear) {
   const GridRay ray = GridRay(start, fraction, direction, 1.0 / direction, greaterThanEqual(direction, vec3(0)),
                               equal(direction, vec3(0)));

@@ -21,8 +21,7 @@ FacePoint seen_face_point(uvec2 seen, vec3 hit, vec3 direction) {
       face_point(seen_block(seen.x), seen_face(seen.x), hit + picture.fraction.xyz, seen_plane(seen, hit), -direction);
   if (kCoarseFaces && (seen_level(seen.x) != 0u || (seen.x & kSeenPlaced) != 0u))
     lift_point(point, 1 << int(seen_level(seen.x)));
-  if (kLiquidLevels && (!kCoarseFaces || (seen.x & kSeenPlaced) == 0u))
-    point.level = seen.x >> kSeenLiquidShift & 15u;
+  if (kLiquidLevels && (!kCoarseFaces || (seen.x & kSeenPlaced) == 0u)) point.level = seen.x >> kSeenLiquidShift & 15u;
   return point;
 }
 
