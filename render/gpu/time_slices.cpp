@@ -9,7 +9,7 @@ namespace render::gpu {
 
 namespace {
 
-/// Squares of a picture that is drawn; those of dispatches are as large.
+/// Squares of a picture that is drawn; groups of lists are as large.
 constexpr uint32_t kSquarePixels = 8;
 
 uint64_t divided_up(uint64_t a, uint64_t b) { return (a + b - 1) / b; }
@@ -49,11 +49,7 @@ void TimeSlices::begin_picture() {
 void TimeSlices::end_picture(std::span<const double> row_ms) {
   row_ms_.assign(1, 0);
   row_ms_.insert(row_ms_.end(), row_ms.begin(), row_ms.end());
-  // What a pipeline did in a row is one pass: pages, or levels of bloom.
-  std::map<std::pair<VkPipeline, size_t>, uint64_t> groups;
-  for (const Use& use : uses_) groups[{use.pipeline, use.row}] += use.groups;
-  for (const auto& [of, sum] : groups)
-    if (sum) group_ms_[of.first] = row_ms_[of.second] / static_cast<double>(sum);
+  for (const Use& use : uses_) group_ms_[use.pipeline] = row_ms_[use.row] / static_cast<double>(use.groups);
 }
 
 double TimeSlices::foreseen(VkPipeline pipeline) const {

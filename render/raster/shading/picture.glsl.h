@@ -33,7 +33,6 @@ float level_plane_t(uint axis, int plane, uint level, vec3 ray) {
   offset -= axis == 0u ? rest.x : axis == 1u ? rest.y : rest.z;
   return offset / (axis == 0u ? ray.x : axis == 1u ? ray.y : ray.z);
 }
-float plane_t(uint axis, int plane, vec3 ray) { return level_plane_t(axis, plane, 0u, ray); }
 float seen_cube_t(uvec2 seen, vec3 ray) {
   const float t = level_plane_t(seen_face(seen.x) >> 1, int(seen.y), seen.x >> kSeenLiquidShift & 15u, ray);
   return kCoarseFaces && (seen.x & kSeenPlaced) != 0u ? uintBitsToFloat(seen.y) : t;
