@@ -16,8 +16,8 @@ uint64_t divided_up(uint64_t a, uint64_t b) { return (a + b - 1) / b; }
 
 /// Calls slice(x, y, width, height) for rows of groups, or for parts of a row where a slice has less than one. Returns
 /// the most groups of a slice, and how many slices there are.
-template <class Slice>
-std::pair<uint64_t, uint64_t> each_slice(uint32_t groups_x, uint32_t groups_y, uint64_t of_slice, const Slice& slice) {
+std::pair<uint64_t, uint64_t> each_slice(uint32_t groups_x, uint32_t groups_y, uint64_t of_slice,
+                                         const TimeSlices::Slice& slice) {
   uint32_t width = groups_x, height = groups_y;
   if (of_slice < groups_x) {
     width = static_cast<uint32_t>(of_slice), height = 1;
@@ -49,7 +49,11 @@ void TimeSlices::begin_picture() {
 void TimeSlices::end_picture(std::span<const double> row_ms) {
   row_ms_.assign(1, 0);
   row_ms_.insert(row_ms_.end(), row_ms.begin(), row_ms.end());
-  for (const Use& use : uses_) group_ms_[use.pipeline] = row_ms_[use.row] / static_cast<double>(use.groups);
+  // What a pipeline did in a row is one pass, such as bands of a picture. Of a list nothing is known yet.
+  std::map<std::pair<VkPipeline, size_t>, uint64_t> groups;
+  for (const Use& use : uses_) groups[{use.pipeline, use.row}] += use.groups;
+  for (const auto& [of, sum] : groups)
+    if (sum) group_ms_[of.first] = row_ms_[of.second] / static_cast<double>(sum);
 }
 
 double TimeSlices::foreseen(VkPipeline pipeline) const {
@@ -61,23 +65,34 @@ uint64_t TimeSlices::of_slice(uint64_t groups, double group_ms) const {
   return forced ? std::max<uint64_t>(divided_up(groups, forced), 1) : groups_of_slice(groups, group_ms);
 }
 
-void TimeSlices::draw(VkCommandBuffer commands, VkPipeline pipeline, VkExtent2D picture) {
+void TimeSlices::cut(VkPipeline pipeline, VkExtent2D picture, const Slice& slice) {
   const uint32_t across = (picture.width + kSquarePixels - 1) / kSquarePixels;
   const uint32_t down = (picture.height + kSquarePixels - 1) / kSquarePixels;
   const uint64_t groups = uint64_t{across} * down;
   const double group_ms = foreseen(pipeline);
-  const auto [most, slices] = each_slice(
-      across, down, of_slice(groups, group_ms), [&](uint32_t x, uint32_t y, uint32_t width, uint32_t height) {
-        const uint32_t left = x * kSquarePixels, top = y * kSquarePixels;
-        const VkRect2D slice{{static_cast<int32_t>(left), static_cast<int32_t>(top)},
-                             {std::min(width * kSquarePixels, picture.width - left),
-                              std::min(height * kSquarePixels, picture.height - top)}};
-        vkCmdSetScissor(commands, 0, 1, &slice);
-        vkCmdDraw(commands, 3, 1, 0, 0);
-      });
+  const auto [most, slices] = each_slice(across, down, of_slice(groups, group_ms), slice);
+  uses_.push_back({pipeline, rows_, groups, most, slices, group_ms});
+}
+
+void TimeSlices::draw(VkCommandBuffer commands, VkPipeline pipeline, VkExtent2D picture) {
+  cut(pipeline, picture, [&](uint32_t x, uint32_t y, uint32_t width, uint32_t height) {
+    const uint32_t left = x * kSquarePixels, top = y * kSquarePixels;
+    const VkRect2D slice{{static_cast<int32_t>(left), static_cast<int32_t>(top)},
+                         {std::min(width * kSquarePixels, picture.width - left),
+                          std::min(height * kSquarePixels, picture.height - top)}};
+    vkCmdSetScissor(commands, 0, 1, &slice);
+    vkCmdDraw(commands, 3, 1, 0, 0);
+  });
   const VkRect2D whole{{0, 0}, picture};
   vkCmdSetScissor(commands, 0, 1, &whole);
-  uses_.push_back({pipeline, rows_, groups, most, slices, group_ms});
+}
+
+void TimeSlices::dispatch(VkCommandBuffer commands, VkPipeline pipeline, VkExtent2D picture,
+                          const std::function<void(const std::array<uint32_t, 2>&)>& push) {
+  cut(pipeline, picture, [&](uint32_t x, uint32_t y, uint32_t width, uint32_t height) {
+    push({x, y});
+    vkCmdDispatch(commands, width, height, 1);
+  });
 }
 
 world::Status ListDispatch::prepare(Device& device, const TimeSlices& slices, VkPipeline pipeline, uint64_t groups) {

@@ -34,6 +34,8 @@ uint64_t groups_of_slice(uint64_t groups, double group_ms);
 
 class TimeSlices {
  public:
+  /// Called with a slice's first group and how many groups it has, along x and y.
+  using Slice = std::function<void(uint32_t x, uint32_t y, uint32_t width, uint32_t height)>;
   /// A pass, or a part of one, in the picture at hand.
   struct Use {
     VkPipeline pipeline;
@@ -51,12 +53,18 @@ class TimeSlices {
   /// vkCmdDraw() of a triangle that covers the picture, whose scissor is all of it. The pipeline is bound.
   void draw(VkCommandBuffer commands, VkPipeline pipeline, VkExtent2D picture);
 
+  /// vkCmdDispatch() over a picture in groups of 8 x 8 pixels. The pipeline is bound; push: the slice's first group
+  /// along x and y, which is for the shader.
+  void dispatch(VkCommandBuffer commands, VkPipeline pipeline, VkExtent2D picture,
+                const std::function<void(const std::array<uint32_t, 2>& first_group)>& push);
+
   std::span<const Use> uses() const { return uses_; }
   /// For tests: cuts all into as many as this, where there are so many groups; 0: by time.
   uint64_t forced = 0;
 
  private:
   friend class ListDispatch;
+  void cut(VkPipeline pipeline, VkExtent2D picture, const Slice& slice);
   double foreseen(VkPipeline pipeline) const;
   uint64_t of_slice(uint64_t groups, double group_ms) const;
 

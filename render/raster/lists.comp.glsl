@@ -14,9 +14,8 @@ layout(binding = kBindLayerHeads, r32ui) uniform uimage2D heads;
 layout(binding = kBindLayerNodes) uniform usamplerBuffer nodes;
 layout(binding = kBindLayerOwnNodes) uniform utexture2D own_nodes;
 layout(constant_id = kSpecListedTiles) const bool kListedTiles = false;
-layout(binding = kBindLayerTileListed, std430) writeonly buffer TileListed { uint tile_listed[]; };
 layout(binding = kBindLayerTiles) uniform usamplerBuffer tiles;
-layout(push_constant) uniform Slice { uint first_group; };  // of the listed tiles
+layout(push_constant) uniform Slice { uvec2 first_group; };  // x: of the listed tiles
 
 uvec2 own_node = uvec2(0);  // of the pixel
 /// Of a node the interface and its plane; and the node before it, 0: none.
@@ -43,12 +42,10 @@ struct Bend {
 
 void main() {
   read_picture();
-  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+  ivec2 pixel = ivec2(8u * first_group + gl_GlobalInvocationID.xy);
   if (kListedTiles) {
-    const uint place = texelFetch(tiles, int(first_group + gl_WorkGroupID.x)).r;
-    const ivec2 tile = ivec2(place & 0xffffu, place >> 16);
-    pixel = 8 * tile + ivec2(gl_LocalInvocationID.xy);
-    if (gl_LocalInvocationIndex == 0u) tile_listed[tile_place(tile.x, tile.y, layers.eye.w)] = 0u;
+    const uint place = texelFetch(tiles, int(first_group.x + gl_WorkGroupID.x)).r;
+    pixel = 8 * ivec2(place & 0xffffu, place >> 16) + ivec2(gl_LocalInvocationID.xy);
   }
   if (any(greaterThanEqual(pixel, ivec2(picture.screen.xy)))) return;
   const uint head = imageLoad(heads, pixel).x, eye = uint(layers.eye.x);
@@ -58,7 +55,7 @@ void main() {
   const uvec2 seen = texelFetch(seen_image, pixel, 0).xy;
   bool mirror = kReflection != kReflectionNone && seen.x != 0u && (seen.x & kSeenNoFace) == 0u &&
                       (block_kinds[2u * seen_block(seen.x) + 1u] & 1u) != 0u;
-  if (head == 0u && !mirror && layer_block(eye).absorption.xyz == vec3(0)) return;
+  if (head == 0u && !mirror && eye_absorption().xyz == vec3(0)) return;
   if (kFogShafts) fog_shift = fog_shaft_shift(float(pixel.x), float(pixel.y));
   const vec3 ray = pixel_ray(vec2(pixel) + 0.5);
   const float inverse_length = inversesqrt(dot(ray, ray)), metres = dot(ray, ray) * inverse_length;
@@ -163,6 +160,6 @@ void main() {
   }
   behind = max(behind - veil.view.added, vec3(0));
   const vec3 colour =
-      end_of_view(view, layer_block(medium), layer_block(eye).absorption.w, t_end * metres, behind, kCoveragePattern);
+      end_of_view(view, layer_block(medium), eye_absorption().w, t_end * metres, behind, kCoveragePattern);
   imageStore(colour_image, pixel, vec4(colour, 1));
 }

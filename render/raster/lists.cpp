@@ -11,6 +11,7 @@
 
 #include "render/raster/transparency_pass.h"
 
+#include "list_tiles.comp.spv.h"
 #include "lists.comp.spv.h"
 #include "lists.frag.spv.h"
 #include "transparency.vert.spv.h"
@@ -42,8 +43,8 @@ class ListOrder : public LayerOrder {
     const uint64_t tile_bytes = can_list_ ? tiles * sizeof(uint32_t) : sizeof(uint32_t);
     TRY(tiles_,
         gpu::make_texel_buffer(context.device, tile_bytes, VK_FORMAT_R32_UINT, kStorage, gpu::MemoryUse::device));
-    TRY(tile_listed_, gpu::make_buffer(context.device, tile_bytes, kStorage | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
-                                       gpu::MemoryUse::device));
+    TRY(tile_marks_, gpu::make_buffer(context.device, tile_bytes, kStorage | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+                                      gpu::MemoryUse::device));
     cleared_ = false;
     most_ = std::min(limits.maxStorageBufferRange / kNodeBytes, limits.maxTexelBufferElements);
     wanted_ = std::clamp(extent.width * extent.height / 4, 4096u, most_);
@@ -60,7 +61,7 @@ class ListOrder : public LayerOrder {
     constants.eye.y = static_cast<int>(wanted_);
     constants.eye.w = drawing.width;
     // Beside layers, what the eye is in and mirrors change pixels.
-    listed_ = can_list_ && constants.eye.x == 0 && drawing.knobs.reflection == Reflection::none;
+    listed_ = can_list_ && draws.eye_in_air && drawing.knobs.reflection == Reflection::none;
     const auto all = layer_constants(drawing, draws,
                                      {{kSpecCoveragePattern, static_cast<uint32_t>(drawing.knobs.coverage_pattern)},
                                       {kSpecRefraction, static_cast<uint32_t>(drawing.knobs.refraction)},
@@ -73,6 +74,7 @@ class ListOrder : public LayerOrder {
                                 .depth_write = false,
                                 .depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL},
                                all));
+      TRY(list_tiles_, make_compute(context.device, list_tiles_comp_spv));
       TRY(resolve_, make_compute(context.device, lists_comp_spv, all));
       made_for_ = all;
     }
@@ -92,7 +94,7 @@ class ListOrder : public LayerOrder {
     context.bindings.bind(kBindLayerCount, count_);
     context.bindings.bind(kBindLayerOwnNodes, own_);
     context.bindings.bind(kBindLayerTiles, tiles_);
-    context.bindings.bind(kBindLayerTileListed, tile_listed_);
+    context.bindings.bind(kBindLayerTileMarks, tile_marks_);
     TRY_STATUS(dispatch_.prepare(context.device, context.slices, resolve_.handle,
                                  listed_ ? tiles_.size / sizeof(uint32_t) : 0));
     context.bindings.bind(kBindLayerDispatch, dispatch_.arguments());
@@ -106,7 +108,7 @@ class ListOrder : public LayerOrder {
       const VkImageSubresourceRange all{VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
       vkCmdClearColorImage(commands, heads_.handle, VK_IMAGE_LAYOUT_GENERAL, &none, 1, &all);
       image_discard(commands, own_.handle, VK_IMAGE_ASPECT_COLOR_BIT, kComputeRead, kColourReadWrite);
-      vkCmdFillBuffer(commands, tile_listed_.handle, 0, VK_WHOLE_SIZE, 0);
+      vkCmdFillBuffer(commands, tile_marks_.handle, 0, VK_WHOLE_SIZE, 0);
       cleared_ = true;  // from here on the compute pass clears what it has read
     }
     vkCmdFillBuffer(commands, count_.handle, 0, sizeof(uint32_t), 0);
@@ -115,15 +117,20 @@ class ListOrder : public LayerOrder {
     begin_rendering(commands, context.targets, {own_.view.address(), 1}, context.targets.depth.view, false);
     draws.record(commands, context, list_);
     vkCmdEndRendering(commands);
-    memory_barrier(commands, kClearWrite | kFragmentReadWrite | kColourReadWrite,
-                   kComputeReadWrite | kHostRead | kIndirectRead);
+    memory_barrier(commands, kClearWrite | kFragmentReadWrite | kColourReadWrite, kComputeReadWrite | kHostRead);
     context.times.mark(commands, "transparency_resolve");
+    if (listed_) {
+      context.bindings.use(commands, list_tiles_);
+      vkCmdDispatch(commands, static_cast<uint32_t>(tiles_.size / sizeof(uint32_t) + 63) / 64, 1, 1);
+      memory_barrier(commands, kComputeReadWrite, kComputeReadWrite | kIndirectRead);
+    }
     if (copies_) copy_behind(commands, context.targets);
     context.bindings.use(commands, resolve_);
+    const auto push = [&](const std::array<uint32_t, 2>& first_group) { resolve_.push(commands, first_group); };
     if (listed_)
-      dispatch_.record(commands, context.slices, [&](uint32_t first_group) { resolve_.push(commands, first_group); });
+      dispatch_.record(commands, context.slices, [&](uint32_t first_group) { push(std::array{first_group, 0u}); });
     else
-      dispatch_pixels(commands, context.targets.extent());
+      context.slices.dispatch(commands, resolve_.handle, context.targets.extent(), push);
   }
 
   world::Status finish(PassContext& context, FrameReport& report) override {
@@ -178,16 +185,16 @@ class ListOrder : public LayerOrder {
     image_barrier(commands, targets.colour.handle, VK_IMAGE_ASPECT_COLOR_BIT, kCopyRead, kComputeReadWrite);
   }
 
-  Pipeline list_, resolve_;
+  Pipeline list_, list_tiles_, resolve_;
   std::vector<Constant> made_for_;
   gpu::DeviceImage heads_, own_, behind_;
-  gpu::Buffer nodes_, count_, tiles_, tile_listed_, mirrored_;
+  gpu::Buffer nodes_, count_, tiles_, tile_marks_, mirrored_;
   gpu::ListDispatch dispatch_;      // over tiles_
   uint32_t wanted_ = 0, most_ = 0;  // nodes
   bool again_ = false, copies_ = false;
   bool can_list_ = false;
   bool listed_ = false;   // tiles that have a layer are in tiles_, and no others change
-  bool cleared_ = false;  // heads and tile_listed_ are 0 between pictures
+  bool cleared_ = false;  // heads and tile_marks_ are 0 between pictures
 };
 
 }  // namespace

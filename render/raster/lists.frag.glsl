@@ -2,7 +2,6 @@
 #extension GL_GOOGLE_include_directive : require
 // Adds an interface to the list of its pixel. The first takes the pixel's own node, so that most pixels ask for no number
 // that all share.
-#include "render/gpu/time_slices.shared.h"
 #include "render/raster/raster.shared.h"
 #include "render/raster/rectangle_edges.glsl.h"
 #include "render/raster/transparency.shared.h"
@@ -15,12 +14,7 @@ layout(binding = kBindLayerHeads, r32ui) uniform uimage2D heads;
 layout(binding = kBindLayerNodes, std430) writeonly buffer Nodes { uvec4 nodes[]; };
 layout(binding = kBindLayerCount, std430) buffer Count { uint count; };
 layout(constant_id = kSpecListedTiles) const bool kListedTiles = false;
-layout(binding = kBindLayerTileListed, std430) buffer TileListed { uint tile_listed[]; };
-layout(binding = kBindLayerTiles, std430) writeonly buffer Tiles { uint tiles[]; };
-layout(binding = kBindLayerDispatch, std430) buffer Dispatch {
-  ListHead tile_list;
-  uint tile_slices[];
-};
+layout(binding = kBindLayerTileMarks, std430) writeonly buffer TileMarks { uint tile_marks[]; };
 
 layout(location = 0) flat in uvec2 seen;
 layout(location = 0) out uvec2 own_node;
@@ -30,14 +24,7 @@ void main() {
   const ivec2 pixel = ivec2(gl_FragCoord.xy);
   own_node = seen;
   if (imageAtomicCompSwap(heads, pixel, 0u, kOwnNode) == 0u) {
-    if (kListedTiles) {
-      const int tile = tile_place(pixel.x >> 3, pixel.y >> 3, layers.eye.w);
-      if (tile_listed[tile] == 0u && atomicExchange(tile_listed[tile], 1u) == 0u) {
-        const uint at = atomicAdd(tile_list.listed, 1u);
-        tiles[at] = uint(pixel.x >> 3) | uint(pixel.y >> 3) << 16;
-        atomicAdd(tile_slices[kSliceWords * (at / tile_list.slice_groups)], 1u);
-      }
-    }
+    if (kListedTiles) tile_marks[tile_place(pixel.x >> 3, pixel.y >> 3, layers.eye.w)] = 1u;
     return;
   }
   const uint node = atomicAdd(count, 1u);

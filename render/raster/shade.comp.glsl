@@ -11,8 +11,8 @@ layout(constant_id = kSpecToImage) const bool kToImage = false;
 layout(constant_id = kSpecPutOff) const bool kPutOff = false;
 layout(constant_id = kSpecCountsRays) const bool kCountsRays = false;
 layout(push_constant) uniform Band {
+  uvec2 first_group;     // of the band, or x: of the list
   uint first_row, rows;  // where all pixels are shaded: of the buffer that is bound
-  uint first_group;      // of the list
 };
 layout(binding = kBindRadiance, std430) writeonly buffer Radiance { float radiance[]; };
 layout(binding = kBindColour, rgba32f) writeonly uniform image2D colour_image;
@@ -20,9 +20,9 @@ layout(binding = kBindColour, rgba32f) writeonly uniform image2D colour_image;
 void main() {
   read_picture();
   const uint width = uint(picture.screen.x);
-  uvec2 of_band = gl_GlobalInvocationID.xy;
+  uvec2 of_band = kShadeGroup * first_group + gl_GlobalInvocationID.xy;
   if (kPutOff) {
-    const uint place = (first_group + gl_WorkGroupID.x) * kShadeGroup * kShadeGroup + gl_LocalInvocationIndex;
+    const uint place = (first_group.x + gl_WorkGroupID.x) * kShadeGroup * kShadeGroup + gl_LocalInvocationIndex;
     if (place >= put_off_list.listed) return;
     const uint at = put_off[place];
     of_band = uvec2(at % width, at / width);

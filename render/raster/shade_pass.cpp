@@ -201,11 +201,12 @@ void ShadePass::record(VkCommandBuffer commands, PassContext& context, const Dra
   }
   const uint64_t row_bytes = sizeof(Rgb) * uint64_t{width};
   for (uint32_t first = 0; first < height; first += targets.band_rows) {
-    const uint32_t rows = std::min(targets.band_rows, height - first), band[] = {first, rows};
+    const uint32_t rows = std::min(targets.band_rows, height - first);
     context.bindings.bind(kBindRadiance, targets.radiance, first * row_bytes, rows * row_bytes);
     context.bindings.use(commands, *bands_);
-    bands_->push(commands, band);
-    dispatch_pixels(commands, {width, rows});
+    context.slices.dispatch(commands, bands_->handle, {width, rows}, [&](const auto& first_group) {
+      bands_->push(commands, std::array{first_group[0], first_group[1], first, rows});
+    });
   }
   if (counts_rays_) put_off_dispatch_.read_head(commands);
 }
@@ -226,8 +227,7 @@ void ShadePass::record_put_off(VkCommandBuffer commands, PassContext& context) {
   context.times.mark(commands, "shade_put_off");
   context.bindings.use(commands, *put_off_pipeline_);
   put_off_dispatch_.record(commands, context.slices, [&](uint32_t first_group) {
-    const uint32_t band[] = {0, context.targets.extent().height, first_group};
-    put_off_pipeline_->push(commands, band);
+    put_off_pipeline_->push(commands, std::array{first_group, 0u, 0u, context.targets.extent().height});
   });
 }
 

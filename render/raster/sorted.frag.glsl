@@ -35,7 +35,7 @@ void main() {
   if (kAddsShown) {
     const uvec2 behind = texelFetch(seen_image, ivec2(gl_FragCoord.xy), 0).xy;
     // Nearer interfaces scale what lies behind them; what this one mirrors or shows is radiance as the eye sees it.
-    const float scale = radiance_scale(n_near, layer_block(layers.eye.x).absorption.w);
+    const float scale = radiance_scale(n_near, eye_absorption().w);
     shown_out = vec4(shown_radiance(i, shares, scale, passed, ray, direction, behind), 0);
     passed_out = vec4(0);
     return;

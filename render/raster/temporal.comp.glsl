@@ -6,7 +6,10 @@
 #include "render/raster/raster.shared.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(push_constant) uniform Push { TemporalConstants constants; };
+layout(push_constant) uniform Push {
+  TemporalConstants constants;
+  uvec2 first_group;
+};
 layout(binding = kBindPicture) uniform Picture { PictureConstants picture; };
 layout(binding = kBindDepth) uniform texture2D depth_image;
 layout(binding = kBindColour, rgba32f) uniform image2D colour_image;
@@ -21,7 +24,7 @@ vec4 seen_before(ivec2 at, ivec2 size) {
 }
 
 void main() {
-  const ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = ivec2(picture.screen.xy);
+  const ivec2 pixel = ivec2(8u * first_group + gl_GlobalInvocationID.xy), size = ivec2(picture.screen.xy);
   if (any(greaterThanEqual(pixel, size))) return;
   const int index = pixel.y * size.x + pixel.x;
   const float mark = constants.then_forward.w;

@@ -67,14 +67,22 @@ void TemporalPass::record(VkCommandBuffer commands, PassContext& context, const 
                                     row(-then.up / then.tan_half_y, window.y), row(then.forward, newest_ < 0 ? 0 : 1),
                                     row(moved, 0)};
   context.bindings.use(commands, pipeline_);
-  pipeline_.push(commands, constants);
-  dispatch_pixels(commands, targets.extent());
+  const auto dispatch = [&](const TemporalConstants& of_all) {
+    context.slices.dispatch(commands, pipeline_.handle, targets.extent(), [&](const auto& first_group) {
+      struct {
+        TemporalConstants constants;
+        std::array<uint32_t, 2> first_group;
+        std::array<uint32_t, 2> unused;
+      } const pushed{of_all, first_group, {}};
+      pipeline_.push(commands, pushed);
+    });
+  };
+  dispatch(constants);
   // The radiance is read and written: what all pixels read is history and the image before, so a copy comes last.
   memory_barrier(commands, kComputeWrite, kComputeReadWrite);
   TemporalConstants copies = constants;
   copies.then_forward.w = -1;
-  pipeline_.push(commands, copies);
-  dispatch_pixels(commands, targets.extent());
+  dispatch(copies);
 }
 
 world::Status TemporalPass::finish(PassContext& context, FrameReport& report) {

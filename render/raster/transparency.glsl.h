@@ -9,6 +9,7 @@
 
 layout(constant_id = kSpecLayerMatte) const bool kLayerMatte = true;
 layout(constant_id = kSpecShapes) const bool kShapes = false;
+layout(constant_id = kSpecEyeInAir) const bool kEyeInAir = false;
 layout(binding = kBindLayerBlocks) uniform usamplerBuffer layer_blocks;
 layout(binding = kBindLayerConstants) uniform Layers { LayerConstants layers; };
 
@@ -23,6 +24,9 @@ SeeThroughBlock layer_block(uint kind) {
   b.block = ivec4(texelFetch(layer_blocks, at + 4));
   return b;
 }
+
+/// What the eye is in: SeeThroughBlock::absorption.
+vec4 eye_absorption() { return kEyeInAir ? vec4(0, 0, 0, 1) : layer_block(layers.eye.x).absorption; }
 
 struct Interface {
   uint owner, near, far;  // kinds: whose it is, before and beyond it
@@ -60,7 +64,7 @@ vec3 pixel_ray(vec2 pixel) { return picture.corner.xyz + pixel.x * picture.step_
 
 /// What an interface does, and what it shows by itself: `mirrored` is the radiance from the mirrored direction.
 InterfaceShares shares_of(Interface i, vec3 direction) {
-  const float n_eye = layer_block(layers.eye.x).absorption.w, n_near = layer_block(i.near).absorption.w,
+  const float n_eye = eye_absorption().w, n_near = layer_block(i.near).absorption.w,
               n_far = layer_block(i.far).absorption.w, cosine = abs(direction[i.face >> 1u]);
   if (kLayerMatte) return interface_shares(layer_block(i.owner), n_eye, n_near, n_far, cosine);
   return dielectric_shares(n_eye, n_near, n_far, cosine);

@@ -33,7 +33,7 @@ SHARED_CONST uint kBindLayerSorted = 80;  // uvec4[]  sorted: the two words of a
 
 SHARED_CONST uint kBindLayerTiles = 81;       // uint[], or texels: lists: x | y << 16 of the tiles that have a layer
 SHARED_CONST uint kBindLayerDispatch = 82;    // uint[]   lists: the dispatches over them: ListHead, slices
-SHARED_CONST uint kBindLayerTileListed = 83;  // uint[]   lists: 1 where a tile is among them; 0 between pictures
+SHARED_CONST uint kBindLayerTileMarks = 83;   // uint[]   lists: 1 where a tile has a layer; 0 between pictures
 SHARED_CONST uint kBindLayerOwnNodes = 84;    // texture  lists: a pixel's own node: packed interface, plane
 
 SHARED_CONST int kLayerBlockTexels = 5;  // of a SeeThroughBlock
@@ -53,6 +53,7 @@ SHARED_CONST uint kSpecClips = 69;        // bool: a picture in a mirror; light.
 SHARED_CONST uint kSpecLayerMatte = 70;   // bool: the world holds sheets or partial coverage, which are lit
 SHARED_CONST uint kSpecBodies = 71;       // bool: the depth image says more than kBindSeen, there may be bodies
 SHARED_CONST uint kSpecListedTiles = 72;  // bool: lists: of the tiles that have a layer, else of all
+SHARED_CONST uint kSpecEyeInAir = 73;     // bool: the eye is known to be in air
 SHARED_CONST uint kSpecShapeCodes = 74;   // bool: the grid of blocks says where shapes stand: kShapeCode
 SHARED_CONST uint kRefractionNone = 0u, kRefractionScreen = 1u, kRefractionTraced = 2u;
 SHARED_CONST uint kReflectionNone = 0u, kReflectionScreen = 1u, kReflectionPlanar = 2u, kReflectionTraced = 3u;
@@ -76,7 +77,7 @@ SHARED uint packed_interface(uint owner, uint face, uint beyond, uint level) {
 }
 SHARED uint interface_level(uint packed) { return packed >> 28u; }
 
-/// Place of a tile of 8 x 8 pixels in kBindLayerTileListed.
+/// Place of a tile of 8 x 8 pixels in kBindLayerTileMarks.
 SHARED int tile_place(int x, int y, int pixels_a_row) { return y * ((pixels_a_row + 7) >> 3) + x; }
 
 #ifdef __cplusplus

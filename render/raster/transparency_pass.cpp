@@ -15,6 +15,7 @@ std::vector<Constant> layer_constants(const Drawing& drawing, const LayerDraws& 
   all.push_back({kSpecBodies, !drawing.inhabitants.bodies.empty()});
   all.push_back({kSpecShapes, !drawing.shapes.chunks().empty()});
   all.push_back({kSpecShapeCodes, draws.shape_codes});
+  all.push_back({kSpecEyeInAir, draws.eye_in_air});
   all.insert(all.end(), more.begin(), more.end());
   return all;
 }
@@ -258,6 +259,7 @@ world::Status TransparencyPass::prepare(PassContext& context, const Drawing& dra
   LayerConstants constants{};
   const world::WorldPoint& eye = drawing.camera.position;
   constants.eye.x = levels_.above_surface(eye) ? 0 : kinds_->kind(drawing.view.store().get(eye.voxel));
+  draws_.eye_in_air = constants.eye.x == 0 && drawing.knobs.reflection == Reflection::none;
   constants.mirror.x = -1;
   any_ = !draws_.runs.empty() || constants.eye.x != 0 || drawing.knobs.reflection != Reflection::none;
   // The vertex shader names both ways to read records; an order binds what it draws.

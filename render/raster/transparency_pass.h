@@ -25,6 +25,7 @@ struct LayerDraws {
   uint64_t faces = 0;
   bool matte = false;        // the world holds sheets or partial coverage, which are lit
   bool shape_codes = false;  // the grid of blocks says where shapes stand
+  bool eye_in_air = false;   // known so; where pictures of mirrors take turns with it, it isn't
 
   /// Within begin_rendering().
   void record(VkCommandBuffer commands, PassContext& context, const Pipeline& pipeline) const;

@@ -54,7 +54,8 @@ class WeightedOrder : public LayerOrder {
       image_barrier(commands, image->handle, VK_IMAGE_ASPECT_COLOR_BIT, kColourReadWrite, kComputeRead);
     context.times.mark(commands, "transparency_resolve");
     context.bindings.use(commands, resolve_);
-    dispatch_pixels(commands, context.targets.extent());
+    context.slices.dispatch(commands, resolve_.handle, context.targets.extent(),
+                            [&](const auto& first_group) { resolve_.push(commands, first_group); });
   }
 
   world::Status finish(PassContext& context, FrameReport& report) override {
