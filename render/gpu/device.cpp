@@ -184,6 +184,7 @@ world::Status Device::choose_physical(const std::vector<std::string>& without) {
     physical_ = candidate;
     family_ = family;
     limits_ = p.limits;
+    is_processor_ = p.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
     counts_draws_ = true;
     warnings_.clear();
     features.each_optional([&](const char* name, VkBool32 there, const char* else_what) {
@@ -468,12 +469,27 @@ world::Result<DeviceImage> make_image(Device& device, VkExtent2D extent, VkForma
   return make_tiled_image(device, extent, format, usage, aspect, VK_IMAGE_TILING_OPTIMAL);
 }
 
+world::Result<Buffer> make_buffer_over(Device& device, const DeviceImage& image, VkBufferUsageFlags usage) {
+  auto info = vk_info<VkBufferCreateInfo>(VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO);
+  info.size = image.row_bytes * image.extent.height;
+  info.usage = usage;
+  VkBuffer handle = VK_NULL_HANDLE;
+  VK_CHECK(vkCreateBuffer(device.handle(), &info, nullptr, &handle));
+  Buffer buffer;
+  buffer.handle = Owned<VkBuffer>(device, handle);
+  buffer.size = info.size;
+  VkMemoryRequirements needs;
+  vkGetBufferMemoryRequirements(device.handle(), handle, &needs);
+  const MemoryRange& rows = image.memory.range();
+  CHECK((rows.offset + image.first_row) % needs.alignment == 0);
+  VK_CHECK(vkBindBufferMemory(device.handle(), handle, rows.block->memory, rows.offset + image.first_row));
+  return buffer;
+}
+
 world::Result<DeviceImage> make_host_image(Device& device, VkExtent2D extent, VkFormat format,
                                            VkImageUsageFlags usage) {
-  VkPhysicalDeviceProperties is{};
-  vkGetPhysicalDeviceProperties(device.physical(), &is);
   VkImageFormatProperties can{};
-  const bool in_rows = is.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU &&
+  const bool in_rows = device.is_processor() &&
                        vkGetPhysicalDeviceImageFormatProperties(device.physical(), format, VK_IMAGE_TYPE_2D,
                                                                 VK_IMAGE_TILING_LINEAR, usage, 0, &can) == VK_SUCCESS &&
                        can.maxExtent.width >= extent.width && can.maxExtent.height >= extent.height;

@@ -57,6 +57,8 @@ class Device {
   VkSurfaceKHR surface() const { return surface_; }  // null without a window
   const std::string& name() const { return name_; }
   const VkPhysicalDeviceLimits& limits() const { return limits_; }
+  /// Whether it is software.
+  bool is_processor() const { return is_processor_; }
   /// Whether how many indirect draws there are may lie in a buffer.
   bool counts_draws() const { return counts_draws_; }
   MemoryPool& memory() { return memory_; }
@@ -108,7 +110,7 @@ class Device {
   std::function<bool()> lose_device_;
   std::string name_;
   VkPhysicalDeviceLimits limits_{};
-  bool counts_draws_ = false;
+  bool is_processor_ = false, counts_draws_ = false;
   MemoryPool memory_;
   PipelineCache pipelines_;
   ShaderCache shaders_;

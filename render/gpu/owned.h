@@ -61,6 +61,9 @@ world::Result<Buffer> make_texel_buffer(Device& device, VkDeviceSize size, VkFor
                                         MemoryUse use);
 world::Result<DeviceImage> make_image(Device& device, VkExtent2D extent, VkFormat format, VkImageUsageFlags usage,
                                       VkImageAspectFlags aspect);
+/// A buffer over the rows of an image of make_host_image(), which must have such and outlive it: a shader writes them
+/// as it writes any buffer.
+world::Result<Buffer> make_buffer_over(Device& device, const DeviceImage& image, VkBufferUsageFlags usage);
 /// Puts bytes into a buffer, which is made anew, with room for half as many more, where they don't fit. Without data it
 /// only grows.
 world::Status fill(Device& device, Buffer& buffer, const void* data, size_t bytes, VkBufferUsageFlags usage,

@@ -6,7 +6,7 @@
 #include <tuple>
 #include <utility>
 
-#include "render/raster/raster.shared.h"
+#include "render/raster/face_blocks.shared.h"
 
 namespace render::raster {
 
@@ -93,6 +93,16 @@ void append_faces(const FaceCluster& cluster, const RecordBits& bits, std::vecto
     }
 }
 
+/// The same as a list.
+void list_faces(const FaceCluster& cluster, const RecordBits& bits, uint32_t chunk, std::vector<ListedFace>& listed) {
+  for (uint32_t word = 0; 32 * word < cluster.count; ++word)
+    for (uint32_t rest = bits[word]; rest; rest &= rest - 1) {
+      const uint32_t record = 32 * word + static_cast<uint32_t>(std::countr_zero(rest));
+      if (record >= cluster.count) break;
+      listed.push_back({cluster.first + record, chunk});
+    }
+}
+
 /// Fewer faces than this in the frustum cost less than the occlusion test.
 constexpr uint64_t kFewFaces = 16384;
 
@@ -105,7 +115,7 @@ double level_distance(int level, const PixelRays& rays, int height, double error
 }
 
 void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRays& rays, double view_distance,
-          bool may_test, DrawList& out, const TakeChunks& take) {
+          bool may_test, uint64_t list_from, DrawList& out, const TakeChunks& take) {
   out.chunks.clear();
   out.pages.clear();
   out.culled = {};
@@ -123,6 +133,9 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
   out.second_end.assign(pages, 0);
   out.candidates_end.assign(pages, 0);
   out.indices.clear();
+  out.listed.clear();
+  out.listed_end.assign(pages, 0);
+  out.second_listed.assign(pages, 0);
   out.second_faces = 0;
   out.first_faces = out.left_out = 0;
   const Frustum frustum(rays);
@@ -218,8 +231,9 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
   // What the first pass draws: what may have been seen last time; where little was, for instance before the first
   // picture, the nearest too.
   std::vector<RecordBits> in_first(out.clusters.size(), kAllRecords);
+  uint64_t first_faces = faces;
   if (test) {
-    uint64_t first_faces = 0;
+    first_faces = 0;
     for (size_t i = 0; i < out.clusters.size(); ++i) {
       in_first[i] = out.clusters[i]->seen;
       first_faces += out.clusters[i]->among(in_first[i]);
@@ -229,6 +243,7 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
       in_first[i] = kAllRecords;
     }
   }
+  out.lists_faces = first_faces >= list_from && first_faces <= kMostListed;
   // By page, each front to back.
   std::vector<std::vector<size_t>> of_page(pages);
   for (size_t i = 0; i < out.clusters.size(); ++i) of_page[out.pages[instances[i]]].push_back(i);
@@ -242,6 +257,10 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
       const uint32_t some = cluster.among(in_first[i]);
       if (some == 0) continue;
       out.first_faces += some;
+      if (out.lists_faces && by_face[page]) {
+        list_faces(cluster, in_first[i], instances[i], out.listed);
+        continue;
+      }
       VkDrawIndexedIndirectCommand draw;
       bool joins = out.draws.size() > page_begin && out.draws.back().firstInstance == instances[i];
       if (test && by_face[page]) {
@@ -258,6 +277,7 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
       last = &cluster;
     }
     out.first_end[page] = static_cast<uint32_t>(out.draws.size());
+    out.listed_end[page] = static_cast<uint32_t>(out.listed.size());
   }
   if (!test) {
     for (FaceCluster* cluster : out.clusters) cluster->seen = kAllRecords;  // as far as anyone knows
@@ -269,6 +289,7 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
   // Second pass: a draw a cluster, which the occlusion test turns on.
   std::vector<FaceCluster*> tested;
   for (uint32_t page = 0; page < pages; ++page) {
+    out.second_listed[page] = out.second_faces;
     for (const size_t i : of_page[page]) {
       const FaceCluster& cluster = *out.clusters[i];
       const ChunkCorner& corner = out.chunks[instances[i]];
@@ -288,7 +309,7 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
       if (rest > 0) {
         candidate.draw = static_cast<int32_t>(out.draws.size());
         if (by_face[page]) {
-          out.draws.push_back({0, 0, 6 * out.second_faces, 0, instances[i]});
+          if (!out.lists_faces) out.draws.push_back({0, 0, 6 * out.second_faces, 0, instances[i]});
           out.second_faces += rest;
         } else {
           out.draws.push_back(draw_of(cluster, points[page], instances[i], 0));

@@ -41,6 +41,11 @@ struct Candidate {
 };
 static_assert(sizeof(Candidate) == 64);
 
+/// A face that is drawn by itself.
+struct ListedFace {
+  uint32_t record, chunk;  // of its page; in DrawList::chunks
+};
+
 /// A level fades in between `from` and this times it, pixel by pixel, while the one below fades out.
 constexpr double kBlendBand = 1.15;
 
@@ -66,6 +71,10 @@ struct DrawList {
   std::vector<FaceCluster*> clusters;           // of each candidate
   /// Of pages whose faces are tested one by one: six a face that the first pass draws. The second pass has its own.
   std::vector<uint32_t> indices;
+  /// In place of draws and indices, where faces of cubes are listed: those that the first pass draws, page by page.
+  std::vector<ListedFace> listed;
+  std::vector<uint32_t> listed_end, second_listed;  // of each page, in `listed`; where its part of the second's begins
+  bool lists_faces = false;
   uint32_t second_faces = 0;  // that the second pass may draw, at most
   uint64_t first_faces = 0;   // drawn by the first pass
   CulledFaces culled;
@@ -121,7 +130,10 @@ double level_distance(int level, const PixelRays& rays, int height, double error
 /// seen; those are drawn by a second pass. So each picture is whole whatever was seen before, and pictures that follow
 /// each other draw little that is hidden. Where few faces lie in the frustum, or may_test is false, all are in the
 /// first pass, as runs of records.
+///
+/// list_from: where the first pass has so many faces, those of cubes are listed in place of being drawn.
 void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRays& rays, double view_distance,
-          bool may_test, DrawList& out, const TakeChunks& take = {});
+          bool may_test, uint64_t list_from, DrawList& out, const TakeChunks& take = {});
+constexpr uint64_t kNeverList = ~uint64_t{0};
 
 }  // namespace render::raster

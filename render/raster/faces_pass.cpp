@@ -34,7 +34,10 @@ PassKind FacesPass::kind() {
 
 world::Status FacesPass::open(PassContext& context) { return occlusion_.open(context); }
 
-world::Status FacesPass::fit(PassContext& context) { return occlusion_.fit(context); }
+world::Status FacesPass::fit(PassContext& context) {
+  blocks_.forget_targets();
+  return occlusion_.fit(context);
+}
 
 world::Status FacesPass::fit_indices(PassContext& context, uint32_t largest) {
   if (indexed_records_ && indexed_records_ >= largest) return {};
@@ -131,7 +134,10 @@ world::Status FacesPass::prepare(PassContext& context, const Drawing& drawing, F
     if (!clouded) billboards_.rest();
     if (!landed) heightfields_.rest();
   }
-  cull(pools_, drawing.camera, drawing.rays, drawing.knobs.view_distance, may_test, list_, take);
+  const bool may_list = drawing.may_list_faces && blocks_.fits(context) && !drawing.bare && !drawing.behind &&
+                        drawing.knobs.face_edges == FaceEdges::exact;
+  cull(pools_, drawing.camera, drawing.rays, drawing.knobs.view_distance, may_test,
+       may_list ? FaceBlocks::fewest(context) : kNeverList, list_, take);
   TRY_STATUS(chosen);
   report.passes.push_back({"cull", watch.lap_ms(), 0, 0});
   drawn_by_.clear();
@@ -154,17 +160,25 @@ world::Status FacesPass::prepare(PassContext& context, const Drawing& drawing, F
   TRY_STATUS(context.fill(draws_, list_.draws.data(), list_.draws.size() * sizeof(VkDrawIndexedIndirectCommand),
                           VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
   context.bindings.bind(kBindChunks, chunks_);
+  page_of_.clear();
+  for (const CulledPool& pool : pools_)
+    for (size_t page = 0; page < pool.pool->pages(); ++page) page_of_.push_back(&pool.pool->page(page));
+  if (list_.lists_faces) TRY_STATUS(blocks_.prepare(context, drawing, list_));
+  if (!may_list && !drawing.behind) blocks_.rest(context);  // a picture for a mirror is part of another one
   if (list_.candidates.empty()) return {};
   TRY_STATUS(context.fill(first_indices_, list_.indices.data(), list_.indices.size() * sizeof(uint32_t),
                           VK_BUFFER_USAGE_INDEX_BUFFER_BIT));
-  return occlusion_.prepare(context, list_, draws_);
+  return occlusion_.prepare(context, list_, draws_, list_.lists_faces ? &blocks_.tile_depths() : nullptr);
 }
 
-void FacesPass::record_draws(VkCommandBuffer commands, PassContext& context, bool second) {
+/// clear: to 0, which sees no face.
+void FacesPass::record_draws(VkCommandBuffer commands, PassContext& context, bool second, bool clear) {
+  const uint32_t of_first = list_.first_end.empty() ? 0 : list_.first_end.back();
+  if (!clear && (second ? list_.draws.size() == of_first : of_first == 0)) return;
   const VkImageView seen = context.targets.seen.view;
-  begin_rendering(commands, context.targets, {&seen, 1}, context.targets.depth.view, !second);  // 0: sees no face
+  begin_rendering(commands, context.targets, {&seen, 1}, context.targets.depth.view, clear);
   constexpr uint32_t kDrawBytes = sizeof(VkDrawIndexedIndirectCommand);
-  uint32_t draw = second && !list_.first_end.empty() ? list_.first_end.back() : 0;
+  uint32_t draw = second ? of_first : 0;
   const std::vector<uint32_t>& ends = second ? list_.second_end : list_.first_end;
   size_t page = 0;
   for (size_t p = 0; p < pools_.size(); ++p)
@@ -191,26 +205,42 @@ void FacesPass::record_draws(VkCommandBuffer commands, PassContext& context, boo
   vkCmdEndRendering(commands);
 }
 
+/// Faces of cubes by dispatches, then what pipelines draw.
+void FacesPass::record_blocks(VkCommandBuffer commands, PassContext& context) {
+  blocks_.record_first(commands, context, page_of_);
+  if (!list_.candidates.empty()) {
+    context.times.mark(commands, "occlusion");
+    memory_barrier(commands, kComputeWrite, kComputeRead);
+    occlusion_.record(commands, context, page_of_);
+    context.times.mark(commands, "faces_uncovered");
+    blocks_.record_second(commands, context, page_of_);
+  }
+  blocks_.record_depth(commands, context);
+  record_draws(commands, context, false, false);
+  if (!list_.candidates.empty()) record_draws(commands, context, true, false);
+}
+
 void FacesPass::record(VkCommandBuffer commands, PassContext& context, const Drawing&) {
-  record_draws(commands, context, false);
+  if (list_.lists_faces)
+    record_blocks(commands, context);
+  else
+    record_draws(commands, context, false, true);
   if (draws_heightfields_) heightfields_.record(commands, context);
   if (draws_impostors_) impostors_.record(commands, context, *makes_impostors_, indices_);
   if (draws_billboards_) billboards_.record(commands, context, indices_, indexed_records_);
-  if (list_.candidates.empty()) return;
+  if (list_.lists_faces || list_.candidates.empty()) return;
   context.times.mark(commands, "occlusion");
-  page_of_.clear();
-  for (const CulledPool& pool : pools_)
-    for (size_t page = 0; page < pool.pool->pages(); ++page) page_of_.push_back(&pool.pool->page(page));
   occlusion_.record(commands, context, page_of_);
   context.times.mark(commands, "faces_uncovered");
   image_barrier(commands, context.targets.seen.handle, VK_IMAGE_ASPECT_COLOR_BIT, kColourReadWrite, kColourReadWrite);
-  record_draws(commands, context, true);
+  record_draws(commands, context, true, false);
 }
 
-world::Status FacesPass::finish(PassContext&, FrameReport& report) {
+world::Status FacesPass::finish(PassContext& context, FrameReport& report) {
   PassReport& first = row_of(report, "faces");
   first.draws = list_.first_end.empty() ? 0 : list_.first_end.back();
   first.bytes = list_.first_faces * sizeof(FaceRecord);
+  again_ = list_.lists_faces && !blocks_.finish(context, report);
   report.faces_drawn += list_.first_faces;
   if (draws_impostors_) impostors_.finish(report);
   if (draws_billboards_) billboards_.finish(report);

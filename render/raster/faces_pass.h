@@ -5,6 +5,7 @@
 
 #include "render/raster/billboards.h"
 #include "render/raster/culling.h"
+#include "render/raster/face_blocks.h"
 #include "render/raster/face_pool.h"
 #include "render/raster/heightfields.h"
 #include "render/raster/impostors.h"
@@ -24,15 +25,18 @@ class FacesPass : public Pass {
   world::Status prepare(PassContext& context, const Drawing& drawing, FrameReport& report) override;
   void record(VkCommandBuffer commands, PassContext& context, const Drawing& drawing) override;
   world::Status finish(PassContext& context, FrameReport& report) override;
+  bool again() const override { return again_; }
 
  private:
   world::Status fit_indices(PassContext& context, uint32_t largest);
   enum class Drawn { cubes, shapes, points };  // points: of shapes
   world::Result<const Pipeline*> pipeline(PassContext& context, const Drawing& drawing, Drawn what, bool blends);
-  void record_draws(VkCommandBuffer commands, PassContext& context, bool second);
+  void record_draws(VkCommandBuffer commands, PassContext& context, bool second, bool clear);
+  void record_blocks(VkCommandBuffer commands, PassContext& context);
 
   std::map<std::tuple<FaceEdges, Drawn, bool, bool, bool, bool>, Pipeline> pipelines_;
   OcclusionTest occlusion_;
+  FaceBlocks blocks_;    // draws faces of cubes in place of pipelines, where the device does it faster
   Impostors impostors_;  // of what is far, where the knob asks for them
   const Pipeline* makes_impostors_ = nullptr;
   bool draws_impostors_ = false;
@@ -49,6 +53,7 @@ class FacesPass : public Pass {
   std::vector<const gpu::Buffer*> page_of_;
   gpu::Buffer chunks_, draws_;
   uint32_t indexed_records_ = 0;
+  bool again_ = false;
   DrawList list_;
 };
 

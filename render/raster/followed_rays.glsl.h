@@ -104,8 +104,7 @@ vec3 ray_radiance(FollowedRay ray, bool bends, inout int interfaces, out Followe
       through *= absorbed_along(layer_block(medium).absorption.xyz, w.t - last);
       last = w.t;
       if (kind == kKindSolid)
-        return added + through *
-                           radiance_scale(eye_absorption().w, layer_block(medium).absorption.w) *
+        return added + through * radiance_scale(eye_absorption().w, layer_block(medium).absorption.w) *
                            face_radiance(crossed_point(w, block));
       const uint owner = max(kind, medium);  // kinds are in the order of ids
       const SeeThroughBlock of = layer_block(owner);
@@ -170,11 +169,10 @@ vec3 ray_radiance(FollowedRay ray, bool bends, inout int interfaces, out Followe
   }
   if (end.what != kEndsOnSky)
     return added + through * absorbed_along(layer_block(medium).absorption.xyz, end.t - last) *
-                       radiance_scale(eye_absorption().w, layer_block(medium).absorption.w) *
-                       end_radiance(end, w);
+                       radiance_scale(eye_absorption().w, layer_block(medium).absorption.w) * end_radiance(end, w);
   through *= absorbed_along(layer_block(medium).absorption.xyz, 1e30);
-  return added + through * radiance_scale(eye_absorption().w, layer_block(medium).absorption.w) *
-                     walk_sky(w, w.direction);
+  return added +
+         through * radiance_scale(eye_absorption().w, layer_block(medium).absorption.w) * walk_sky(w, w.direction);
 }
 
 /// What a ray shows that starts in a medium, as the eye sees it: surfaces shaded by face_radiance(), layers before them

@@ -16,13 +16,13 @@ layout(binding = kBindLayerCount, std430) buffer Count { uint count; };
 layout(constant_id = kSpecListedTiles) const bool kListedTiles = false;
 layout(binding = kBindLayerTileMarks, std430) writeonly buffer TileMarks { uint tile_marks[]; };
 
-layout(location = 0) flat in uvec2 seen;
+layout(location = 0) flat in uvec3 seen;
 layout(location = 0) out uvec2 own_node;
 
 void main() {
-  if (kExactEdges && !within_edges()) discard;
+  if (kExactEdges && !within_edges(seen.z)) discard;
   const ivec2 pixel = ivec2(gl_FragCoord.xy);
-  own_node = seen;
+  own_node = seen.xy;
   if (imageAtomicCompSwap(heads, pixel, 0u, kOwnNode) == 0u) {
     if (kListedTiles) tile_marks[tile_place(pixel.x >> 3, pixel.y >> 3, layers.eye.w)] = 1u;
     return;
@@ -30,6 +30,6 @@ void main() {
   const uint node = atomicAdd(count, 1u);
   // Beyond those that fit it is only counted: the next try has room.
   if (node < uint(layers.eye.y))
-    nodes[node].xyz = uvec3(imageAtomicExchange(heads, pixel, node + kFirstNode), seen);
+    nodes[node].xyz = uvec3(imageAtomicExchange(heads, pixel, node + kFirstNode), seen.xy);
   discard;
 }

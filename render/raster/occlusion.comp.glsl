@@ -4,9 +4,14 @@
 // turned on. Four invocations a cluster: a word of 32 records each.
 #include "render/raster/shading/read_picture.glsl.h"
 #include "render/extract/face_record.shared.h"
+#include "render/raster/face_blocks.shared.h"
 
 layout(local_size_x = 64) in;
-layout(push_constant) uniform Range { uint begin, end; };  // of candidates: those of one page
+layout(constant_id = kSpecListsFaces) const bool kListsFaces = false;
+layout(push_constant) uniform Range {
+  uint begin, end;          // of candidates: those of one page
+  uint first_listed, page;  // of kListsFaces: the page's part of the list
+};
 layout(binding = kBindFaces) uniform usamplerBuffer faces;
 layout(binding = kBindChunks) uniform isamplerBuffer chunks;
 layout(binding = kBindTiles) uniform samplerBuffer tiles;
@@ -14,6 +19,8 @@ layout(binding = kBindCandidates) uniform usamplerBuffer candidates;
 layout(binding = kBindDraws, std430) writeonly buffer Draws { uint draws[]; };  // 5 words: indexCount, instanceCount..
 layout(binding = kBindVisible, std430) writeonly buffer Visible { uint visible[]; };
 layout(binding = kBindSecondIndices, std430) writeonly buffer Indices { uint indices[]; };
+layout(binding = kBindListedFaces, std430) writeonly buffer Listed { uvec2 listed[]; };
+layout(binding = kBindFaceHeads, std430) buffer Heads { uint heads[]; };
 
 /// What corners cover on the screen, px, and the least of their view depths.
 struct Covered {
@@ -99,17 +106,26 @@ uint face_seen(uvec2 record, ivec4 chunk) {
 
 shared uint fresh_of[64];  // records of each word that the second pass draws
 
+void list_faces(uint fresh, uint first_record, uint chunk) {
+  if (fresh == 0u) return;
+  const uint head = kPageHeads + kHeadWords * page, some = uint(bitCount(fresh));
+  uint at = atomicAdd(heads[head + 3u], some);
+  atomicMax(heads[head], min((at + some + kSetupGroup - 1u) / kSetupGroup, kMostGroups));
+  for (; fresh != 0u; fresh &= fresh - 1u)
+    listed[first_listed + at++] = uvec2(first_record + uint(findLSB(fresh)), chunk);
+}
+
 void main() {
   read_picture();
   const uint i = begin + (gl_GlobalInvocationID.x >> 2), word = gl_LocalInvocationID.x & 3u;
   uint seen = 0u, fresh = 0u;
   uvec4 rest = uvec4(0);  // first, count, room, by_face
-  int draw = -1;
+  int draw = -1, chunk_of = 0;
   if (i < end) {
     const int at = 4 * int(i);
     const ivec4 low = ivec4(texelFetch(candidates, at)), high = ivec4(texelFetch(candidates, at + 1));
     rest = texelFetch(candidates, at + 3);
-    draw = low.w;
+    draw = low.w, chunk_of = high.w;
     const uint drawn = texelFetch(candidates, at + 2)[word], records = min(rest.y - min(rest.y, 32u * word), 32u);
     if (box_may_be_seen(vec3(low.xyz) - picture.fraction.xyz, vec3(high.xyz) - picture.fraction.xyz)) {
       if (rest.w == 0u) {
@@ -125,6 +141,10 @@ void main() {
     }
     visible[4u * i + word] = seen;
     fresh = seen & ~drawn;
+  }
+  if (kListsFaces) {
+    list_faces(fresh, rest.x + 32u * word, uint(chunk_of));
+    return;
   }
   fresh_of[gl_LocalInvocationID.x] = uint(bitCount(fresh));
   barrier();

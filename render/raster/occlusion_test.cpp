@@ -17,6 +17,8 @@ static_assert(kCandidateWords == 4);
 world::Status OcclusionTest::open(PassContext& context) {
   TRY(tiles_, make_compute(context.device, depth_tiles_comp_spv));
   TRY(test_, make_compute(context.device, occlusion_comp_spv));
+  const Constant lists{kSpecListsFaces, 1};
+  TRY(lists_, make_compute(context.device, occlusion_comp_spv, {&lists, 1}));
   TRY(pack_, make_compute(context.device, pack_draws_comp_spv));
   return {};
 }
@@ -30,7 +32,8 @@ world::Status OcclusionTest::fit(PassContext& context) {
   return {};
 }
 
-world::Status OcclusionTest::prepare(PassContext& context, const DrawList& list, const gpu::Buffer& draws) {
+world::Status OcclusionTest::prepare(PassContext& context, const DrawList& list, const gpu::Buffer& draws,
+                                     const gpu::Buffer* tile_depths) {
   ends_ = list.candidates_end;
   draw_ends_ = list.second_end;
   first_draw_ = list.first_end.empty() ? 0 : list.first_end.back();
@@ -38,13 +41,23 @@ world::Status OcclusionTest::prepare(PassContext& context, const DrawList& list,
                                  list.candidates.size() * sizeof(Candidate)));
   TRY_STATUS(context.fill(visible_, nullptr, list.candidates.size() * sizeof(RecordBits),
                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::MemoryUse::readback));
-  TRY_STATUS(context.fill(second_indices_, nullptr, list.second_faces * uint64_t{6 * sizeof(uint32_t)},
+  listed_.clear(), by_face_.clear();
+  finds_tiles_ = tile_depths == nullptr;
+  if (list.lists_faces) {
+    listed_ = list.second_listed;
+    for (size_t page = 0; page < ends_.size(); ++page) {
+      const uint32_t first = page > 0 ? ends_[page - 1] : 0;
+      by_face_.push_back(ends_[page] > first && list.candidates[first].by_face != 0);
+    }
+  }
+  const uint64_t drawn = list.lists_faces ? 0 : list.second_faces;
+  TRY_STATUS(context.fill(second_indices_, nullptr, drawn * 6 * sizeof(uint32_t),
                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDEX_BUFFER_BIT,
                           gpu::MemoryUse::device));
   TRY_STATUS(context.fill(counts_, nullptr, draw_ends_.size() * sizeof(uint32_t),
                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
                           gpu::MemoryUse::device));
-  context.bindings.bind(kBindTiles, tile_depths_);
+  context.bindings.bind(kBindTiles, tile_depths ? *tile_depths : tile_depths_);
   context.bindings.bind(kBindCandidates, candidates_);
   context.bindings.bind(kBindVisible, visible_);
   context.bindings.bind(kBindDraws, draws);
@@ -56,19 +69,23 @@ world::Status OcclusionTest::prepare(PassContext& context, const DrawList& list,
 void OcclusionTest::record(VkCommandBuffer commands, PassContext& context,
                            std::span<const gpu::Buffer* const> page_of) {
   const Targets& targets = context.targets;
-  image_barrier(commands, targets.depth.handle, VK_IMAGE_ASPECT_DEPTH_BIT, kDepthReadWrite, kComputeRead);
-  const auto tiles = [](int pixels) { return (static_cast<uint32_t>(pixels) + kTilePixels - 1) / kTilePixels; };
-  context.bindings.use(commands, tiles_);
-  vkCmdDispatch(commands, (tiles(targets.width) + 15) / 16, (tiles(targets.height) + 3) / 4, 1);
+  if (finds_tiles_) {
+    image_barrier(commands, targets.depth.handle, VK_IMAGE_ASPECT_DEPTH_BIT, kDepthReadWrite, kComputeRead);
+    const auto tiles = [](int pixels) { return (static_cast<uint32_t>(pixels) + kTilePixels - 1) / kTilePixels; };
+    context.bindings.use(commands, tiles_);
+    vkCmdDispatch(commands, (tiles(targets.width) + 15) / 16, (tiles(targets.height) + 3) / 4, 1);
+  }
   // The test writes into draws and indices that earlier ones may still read.
   memory_barrier(commands, kComputeWrite | kIndirectRead | kIndexRead, kComputeReadWrite);
   uint32_t begin = 0;
   for (size_t page = 0; page < ends_.size(); ++page) {
     if (ends_[page] == begin) continue;
     context.bindings.bind(kBindFaces, *page_of[page]);
-    context.bindings.use(commands, test_);
-    const uint32_t range[] = {begin, ends_[page]};
-    test_.push(commands, range);
+    const bool lists = !listed_.empty() && by_face_[page];
+    const Pipeline& by = lists ? lists_ : test_;
+    context.bindings.use(commands, by);
+    const uint32_t range[] = {begin, ends_[page], lists ? listed_[page] : 0, static_cast<uint32_t>(page)};
+    by.push(commands, range);
     vkCmdDispatch(commands, ((ends_[page] - begin) * kCandidateWords + kTestGroup - 1) / kTestGroup, 1, 1);
     begin = ends_[page];
   }
@@ -84,7 +101,8 @@ void OcclusionTest::record(VkCommandBuffer commands, PassContext& context,
     }
   }
   memory_barrier(commands, kComputeWrite, kIndirectRead | kIndexRead | kHostRead);
-  image_barrier(commands, targets.depth.handle, VK_IMAGE_ASPECT_DEPTH_BIT, kComputeRead, kDepthReadWrite);
+  if (finds_tiles_)
+    image_barrier(commands, targets.depth.handle, VK_IMAGE_ASPECT_DEPTH_BIT, kComputeRead, kDepthReadWrite);
 }
 
 std::span<const RecordBits> OcclusionTest::visible() const {

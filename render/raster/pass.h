@@ -82,6 +82,7 @@ struct Drawing {
   bool bare;                                // see Rasterizer::bare
   bool triangles_alone;                     // see Rasterizer::triangles_alone
   bool counts_sun_rays;                     // see Rasterizer::counts_sun_rays
+  bool may_list_faces;                      // see Rasterizer::may_list_faces
   const MirrorPlane* behind = nullptr;      // the picture is taken from behind this plane, for the one seen in it
   const MirrorPicture* mirrored = nullptr;  // what that showed
   const Selection* selected = nullptr;      // what is outlined
@@ -152,7 +153,8 @@ class Pass {
   virtual void record(VkCommandBuffer commands, PassContext& context, const Drawing& drawing) = 0;
   /// Once the device is done: draws and bytes of its rows, and what it reads back.
   virtual world::Status finish(PassContext&, FrameReport&) { return {}; }
-  /// After finish(): the picture must be drawn once more, as what was read back asked for more room.
+  /// After finish(): the picture must be drawn once more, as what was read back asked for more room. Passes behind this
+  /// one don't finish then.
   virtual bool again() const { return false; }
   /// A picture doesn't call for the pass: it gives back what it holds but its pipelines.
   virtual void rest() {}

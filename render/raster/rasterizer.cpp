@@ -143,12 +143,14 @@ world::Status Rasterizer::fit_targets(int width, int height, const TargetNeeds& 
   for (Stage& stage : stages_) stage.fits = false;
   targets_.depth_format = depth;
   const VkExtent2D extent{static_cast<uint32_t>(width), static_cast<uint32_t>(height)};
-  TRY(targets_.seen,
-      gpu::make_image(*device_, extent, kSeenFormat, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT,
-                      VK_IMAGE_ASPECT_COLOR_BIT));
-  TRY(targets_.depth,
-      gpu::make_image(*device_, extent, depth, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT,
-                      VK_IMAGE_ASPECT_DEPTH_BIT));
+  // A processor writes them by dispatches too: face_blocks.h.
+  const bool written = device_->is_processor();
+  TRY(targets_.seen, gpu::make_host_image(*device_, extent, kSeenFormat,
+                                          VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT));
+  TRY(targets_.depth, gpu::make_image(*device_, extent, depth,
+                                      VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT |
+                                          (written ? VK_IMAGE_USAGE_TRANSFER_DST_BIT : 0),
+                                      VK_IMAGE_ASPECT_DEPTH_BIT));
   const uint64_t pixels = uint64_t{extent.width} * extent.height;
   if (needs.colour) {
     TRY(targets_.colour, gpu::make_host_image(*device_, extent, kColourFormat,
@@ -348,6 +350,7 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
                         bare,
                         triangles_alone,
                         counts_sun_rays,
+                        may_list_faces,
                         behind,
                         mirrored,
                         selected ? &*selected : nullptr,
@@ -412,11 +415,12 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
   TRY_STATUS(device_->run_checked([&](VkCommandBuffer commands) { return record(commands, drawing); }));
   TRY_STATUS(times_.report(report));
   watch.lap_ms();
-  for (Stage& stage : stages_)
-    if (stage.called_for) TRY_STATUS(stage.pass->finish(shared, report));
-  for (const Stage& stage : stages_)
-    if (stage.called_for && stage.pass->again())
-      return draw(view, placed, sky, shading, light, knobs, near, width, height, finish);
+  for (Stage& stage : stages_) {
+    if (!stage.called_for) continue;
+    TRY_STATUS(stage.pass->finish(shared, report));
+    // Those behind it, which may remember pictures, never learn of this one.
+    if (stage.pass->again()) return draw(view, placed, sky, shading, light, knobs, near, width, height, finish);
+  }
   report.device = device_->name();
   if (!shaded.last()) {
     report.ms = whole.lap_ms();

@@ -71,6 +71,8 @@ class Rasterizer {
   bool triangles_alone = false;
   /// Some liquid ends within its voxel: faces may be parts (render/extract/face_record.shared.h).
   bool liquid_levels = false;
+  /// Faces of cubes may be drawn by dispatches (face_blocks.h): tests say no.
+  bool may_list_faces = true;
   /// The report says how many pixels cast a ray to the sun: sun_rays.
   bool counts_sun_rays = false;
   /// What is outlined in the picture.

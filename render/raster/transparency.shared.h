@@ -31,10 +31,10 @@ SHARED_CONST uint kBindMirrored = 79;        // float[]  planar: the picture fro
 
 SHARED_CONST uint kBindLayerSorted = 80;  // uvec4[]  sorted: the two words of a record, and its chunk
 
-SHARED_CONST uint kBindLayerTiles = 81;       // uint[], or texels: lists: x | y << 16 of the tiles that have a layer
-SHARED_CONST uint kBindLayerDispatch = 82;    // uint[]   lists: the dispatches over them: ListHead, slices
-SHARED_CONST uint kBindLayerTileMarks = 83;   // uint[]   lists: 1 where a tile has a layer; 0 between pictures
-SHARED_CONST uint kBindLayerOwnNodes = 84;    // texture  lists: a pixel's own node: packed interface, plane
+SHARED_CONST uint kBindLayerTiles = 81;      // uint[], or texels: lists: x | y << 16 of the tiles that have a layer
+SHARED_CONST uint kBindLayerDispatch = 82;   // uint[]   lists: the dispatches over them: ListHead, slices
+SHARED_CONST uint kBindLayerTileMarks = 83;  // uint[]   lists: 1 where a tile has a layer; 0 between pictures
+SHARED_CONST uint kBindLayerOwnNodes = 84;   // texture  lists: a pixel's own node: packed interface, plane
 
 SHARED_CONST int kLayerBlockTexels = 5;  // of a SeeThroughBlock
 

@@ -11,7 +11,7 @@
 layout(early_fragment_tests) in;
 layout(constant_id = kSpecExactEdges) const bool kExactEdges = true;
 layout(binding = kBindSeen) uniform utexture2D seen_image;
-layout(location = 0) flat in uvec2 seen;
+layout(location = 0) flat in uvec3 seen;
 layout(location = 0) out vec4 shown_out;
 layout(location = 1) out vec4 depth_out;
 layout(location = 2) out vec4 rest_out;
@@ -20,7 +20,7 @@ void main() {
   if (kFogShafts) fog_shift = fog_shaft_shift(floor(gl_FragCoord.x), floor(gl_FragCoord.y));
   const vec3 ray = pixel_ray(gl_FragCoord.xy);
   const Interface i = interface_of(seen.x, int(seen.y), ray);
-  if (kExactEdges && !within_edges()) discard;
+  if (kExactEdges && !within_edges(seen.z)) discard;
   const float inverse_length = inversesqrt(dot(ray, ray)), t = i.t * dot(ray, ray) * inverse_length;
   if (t > picture.sun.w) discard;
   const vec3 direction = ray * inverse_length;

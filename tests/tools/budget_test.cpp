@@ -12,9 +12,10 @@ world::Result<DrawnPicture> draw(const render::RenderKnobs& knobs) {
   float level = 40;
   if (knobs.sun_shadow == render::SunShadow::ray) drawn.ms += 20;
   if (knobs.sun_shadow != render::SunShadow::ray) level += 60;  // a large error for a large saving
-  if (knobs.face_edges == render::FaceEdges::exact) drawn.ms += 15;
-  if (knobs.face_edges != render::FaceEdges::exact) level += 2;  // a small one
-  if (knobs.merge_faces) drawn.ms -= 5;                          // for nothing
+  const bool linear = knobs.light_interpolation == render::LightInterpolation::linear;
+  if (linear) drawn.ms += 15;
+  if (!linear) level += 2;               // a small one
+  if (knobs.merge_faces) drawn.ms -= 5;  // for nothing
   for (render::Rgb& pixel : drawn.image.pixels) pixel = {level, level, level};
   return drawn;
 }
@@ -43,7 +44,7 @@ TEST(Budget, WhatSavesMostForItsErrorGoesFirstAndNoMoreThanIsNeeded) {
   EXPECT_TRUE(took(*fit, "merge_faces"));  // saves for nothing
   EXPECT_EQ(fit->taken.size(), 1u);
   const auto tighter = fit_to_budget(best(), 30, {}, draw);
-  EXPECT_TRUE(took(*tighter, "face_edges"));
+  EXPECT_TRUE(took(*tighter, "light_interpolation"));
   EXPECT_FALSE(took(*tighter, "sun_shadow"));
   EXPECT_EQ(tighter->ms, 25);
   EXPECT_GT(tighter->error, 0);

@@ -20,7 +20,7 @@ constexpr int kSlowPictures = 6;  // one after the other, until a step is taken:
 
 const std::vector<Step>& all_steps() {
   static const std::vector<Step> steps = {
-      {0.5, {{"texture_anisotropy", "1"}, {"face_edges", "hardware"}, {"lod_error_px", "2"}}},
+      {0.5, {{"texture_anisotropy", "1"}, {"lod_error_px", "2"}}},
       {0.5, {{"light_interpolation", "face"}}},
       {0.3, {{"sun_shadow", "none"}}},
   };

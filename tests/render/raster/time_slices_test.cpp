@@ -124,6 +124,24 @@ TEST(HardCaseR10, AnyNumberOfSlicesMakesTheSamePicturesInTime) {
   EXPECT_EQ(cut->messages(), std::vector<std::string>{});
 }
 
+/// Of layers that something hides nothing is listed: so their resolve takes no time, and tells none of a group.
+TEST(HardCaseR10, AListThatCameToBeEmptyIsNotForeseenToTakeLong) {
+  world::World w = hills();
+  world::EditBatch batch;
+  batch.fill({{-2, 58, -2}, {2, 62, 2}}, block(w, "stone"));
+  batch.fill({{-1, 59, -1}, {1, 61, 1}}, world::kAir);
+  apply(w, batch);
+  const Camera within = camera_at({}, {0.3, 60.4, 0.2}, {0.3, -0.8, -0.5});
+  const auto raster = checked_raster();
+  for (int picture = 0; picture < 3; ++picture) {
+    const Frame drawn = draw(*raster, w, within, {}, kWidth, kHeight);
+    bool lists = false;
+    for (const PassReport& pass : drawn.report.passes) lists |= pass.name == "transparency_resolve";
+    EXPECT_TRUE(lists) << "no layer lies in the picture's direction";
+    for (const gpu::TimeSlices::Use& use : raster->rasterizer().slices().uses()) EXPECT_LT(use.slices, 100u) << picture;
+  }
+}
+
 /// Rays without end, of up to 2^24 steps each. What the second picture was foreseen to take is what the first took.
 TEST(HardCaseR10, APictureOfFarMoreThanABillionStepsEndsAndIsCutIntoShortSlices) {
   const world::World w = hills();

@@ -509,7 +509,7 @@ TEST(Pace, DrawsSmallerThenSimplerThenStopsAndLeavesWhatWasChosen) {
   knobs.lod_error_px = 0.5f;
   pace.simplify(knobs);
   EXPECT_EQ(knobs.lod_error_px, 0.5f);
-  EXPECT_EQ(knobs.face_edges, render::FaceEdges::hardware);
+  EXPECT_EQ(knobs.texture_anisotropy, 1);
   Pace fast;
   for (int n = 0; n < 200; ++n) fast.took(5);
   EXPECT_EQ(fast.scale(), 1);
