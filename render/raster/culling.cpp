@@ -231,9 +231,8 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
   // What the first pass draws: what may have been seen last time; where little was, for instance before the first
   // picture, the nearest too.
   std::vector<RecordBits> in_first(out.clusters.size(), kAllRecords);
-  uint64_t first_faces = faces;
   if (test) {
-    first_faces = 0;
+    uint64_t first_faces = 0;
     for (size_t i = 0; i < out.clusters.size(); ++i) {
       in_first[i] = out.clusters[i]->seen;
       first_faces += out.clusters[i]->among(in_first[i]);
@@ -243,7 +242,10 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
       in_first[i] = kAllRecords;
     }
   }
-  out.lists_faces = first_faces >= list_from && first_faces <= kMostListed;
+  uint64_t of_cubes = 0;
+  for (size_t i = 0; i < out.clusters.size(); ++i)
+    if (by_face[out.pages[instances[i]]]) of_cubes += out.clusters[i]->among(in_first[i]);
+  out.lists_faces = of_cubes >= list_from && of_cubes <= kMostListed;
   // By page, each front to back.
   std::vector<std::vector<size_t>> of_page(pages);
   for (size_t i = 0; i < out.clusters.size(); ++i) of_page[out.pages[instances[i]]].push_back(i);

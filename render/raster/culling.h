@@ -131,7 +131,7 @@ double level_distance(int level, const PixelRays& rays, int height, double error
 /// each other draw little that is hidden. Where few faces lie in the frustum, or may_test is false, all are in the
 /// first pass, as runs of records.
 ///
-/// list_from: where the first pass has so many faces, those of cubes are listed in place of being drawn.
+/// list_from: where the first pass has so many faces of cubes, they are listed in place of being drawn.
 void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRays& rays, double view_distance,
           bool may_test, uint64_t list_from, DrawList& out, const TakeChunks& take = {});
 constexpr uint64_t kNeverList = ~uint64_t{0};
