@@ -1,5 +1,5 @@
 /// Draws faces of cubes by dispatches (face_blocks.shared.h): what targets.seen and targets.depth hold after is what
-/// the pipeline of faces with exact edges leaves there.
+/// the pipeline of faces with exact edges leaves there, but for the last bits of depth.
 #pragma once
 
 #include "render/raster/culling.h"

@@ -1,5 +1,5 @@
-/// Faces of cubes that dispatches draw (render/raster/face_blocks.h): the picture is that of the pipeline, bit by bit,
-/// and nothing of it is there where it isn't called for.
+/// Faces of cubes that dispatches draw (render/raster/face_blocks.h): the picture is that of the pipeline, in these
+/// worlds bit by bit, and nothing of it is there where it isn't called for.
 #include <memory>
 #include <string>
 #include <vector>
