@@ -14,6 +14,7 @@
 /// to seconds.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <map>
 #include <span>

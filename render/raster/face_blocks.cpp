@@ -1,6 +1,7 @@
 #include "render/raster/face_blocks.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 
 #include "face_blocks.comp.spv.h"

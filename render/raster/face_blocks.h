@@ -2,6 +2,9 @@
 /// the pipeline of faces with exact edges leaves there, but for the last bits of depth.
 #pragma once
 
+#include <map>
+#include <tuple>
+
 #include "render/raster/culling.h"
 #include "render/raster/face_blocks.shared.h"
 #include "render/raster/pass.h"
