@@ -372,20 +372,29 @@ void Device::destroy(const Retired& r) {
   }
 }
 
-world::Result<Buffer> make_buffer(Device& device, VkDeviceSize size, VkBufferUsageFlags usage, MemoryUse use) {
+namespace {
+
+world::Result<Buffer> make_without_memory(Device& device, VkDeviceSize size, VkBufferUsageFlags usage) {
   auto info = vk_info<VkBufferCreateInfo>(VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO);
-  info.size = std::max<VkDeviceSize>(size, 16);
+  info.size = size;
   info.usage = usage;
   VkBuffer handle = VK_NULL_HANDLE;
   VK_CHECK(vkCreateBuffer(device.handle(), &info, nullptr, &handle));
   Buffer buffer;
-  buffer.size = info.size;
+  buffer.size = size;
   buffer.handle = Owned<VkBuffer>(device, handle);
+  return buffer;
+}
+
+}  // namespace
+
+world::Result<Buffer> make_buffer(Device& device, VkDeviceSize size, VkBufferUsageFlags usage, MemoryUse use) {
+  TRY(Buffer buffer, make_without_memory(device, std::max<VkDeviceSize>(size, 16), usage));
   VkMemoryRequirements needs;
-  vkGetBufferMemoryRequirements(device.handle(), handle, &needs);
+  vkGetBufferMemoryRequirements(device.handle(), buffer.handle, &needs);
   TRY(const MemoryRange range, device.memory().allocate(needs, use, false));
   buffer.memory = OwnedMemory(device, range);
-  VK_CHECK(vkBindBufferMemory(device.handle(), handle, range.block->memory, range.offset));
+  VK_CHECK(vkBindBufferMemory(device.handle(), buffer.handle, range.block->memory, range.offset));
   return buffer;
 }
 
@@ -470,19 +479,12 @@ world::Result<DeviceImage> make_image(Device& device, VkExtent2D extent, VkForma
 }
 
 world::Result<Buffer> make_buffer_over(Device& device, const DeviceImage& image, VkBufferUsageFlags usage) {
-  auto info = vk_info<VkBufferCreateInfo>(VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO);
-  info.size = image.row_bytes * image.extent.height;
-  info.usage = usage;
-  VkBuffer handle = VK_NULL_HANDLE;
-  VK_CHECK(vkCreateBuffer(device.handle(), &info, nullptr, &handle));
-  Buffer buffer;
-  buffer.handle = Owned<VkBuffer>(device, handle);
-  buffer.size = info.size;
+  TRY(Buffer buffer, make_without_memory(device, image.row_bytes * image.extent.height, usage));
   VkMemoryRequirements needs;
-  vkGetBufferMemoryRequirements(device.handle(), handle, &needs);
+  vkGetBufferMemoryRequirements(device.handle(), buffer.handle, &needs);
   const MemoryRange& rows = image.memory.range();
   CHECK((rows.offset + image.first_row) % needs.alignment == 0);
-  VK_CHECK(vkBindBufferMemory(device.handle(), handle, rows.block->memory, rows.offset + image.first_row));
+  VK_CHECK(vkBindBufferMemory(device.handle(), buffer.handle, rows.block->memory, rows.offset + image.first_row));
   return buffer;
 }
 

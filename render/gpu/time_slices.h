@@ -7,11 +7,11 @@
 /// same picture, bit for bit. A slice is at least a group, which ends as its loops do. Reports count a pass that is cut
 /// once.
 ///
-/// cost   five slices of 46 ms of shading on lavapipe: 1 ms; 32: 8 ms. A list's tiles: 0.3 ms for their second atomic
+/// cost   five slices of 46 ms of shading on lavapipe: 1 ms; 32: 8 ms
 /// error  groups are taken to be alike, and the camera to move little: hence the aim far below the most
-/// Doesn't cut draws of geometry; nor dispatches that no shader makes, since with vkCmdDispatchBase() pictures of
-/// lavapipe's (Mesa 22.3.6) lacked tiles of the occlusion test; nor what is submitted at once, which drivers limit too,
-/// to seconds.
+/// Doesn't cut draws of geometry; nor dispatches over other things than pictures and lists: vkCmdDispatchBase() left
+/// tiles of the occlusion test out (lavapipe, Mesa 22.3.6), so shaders are told their first group; nor what is
+/// submitted at once, which drivers limit too, to seconds.
 #pragma once
 
 #include <array>

@@ -82,25 +82,22 @@ VkDrawIndexedIndirectCommand draw_of(const FaceCluster& cluster, bool points, ui
           instance};
 }
 
-/// Six indices for each of a cluster's faces whose bit is set.
-void append_faces(const FaceCluster& cluster, const RecordBits& bits, std::vector<uint32_t>& indices) {
+/// Calls see(record) for each of a cluster's records, of its page, whose bit is set.
+template <class See>
+void each_record(const FaceCluster& cluster, const RecordBits& bits, const See& see) {
   for (uint32_t word = 0; 32 * word < cluster.count; ++word)
     for (uint32_t rest = bits[word]; rest; rest &= rest - 1) {
       const uint32_t record = 32 * word + static_cast<uint32_t>(std::countr_zero(rest));
       if (record >= cluster.count) break;
-      const uint32_t corner = 4 * (cluster.first + record);
-      for (const uint32_t of_face : kQuadCorners) indices.push_back(corner + of_face);
+      see(cluster.first + record);
     }
 }
 
-/// The same as a list.
-void list_faces(const FaceCluster& cluster, const RecordBits& bits, uint32_t chunk, std::vector<ListedFace>& listed) {
-  for (uint32_t word = 0; 32 * word < cluster.count; ++word)
-    for (uint32_t rest = bits[word]; rest; rest &= rest - 1) {
-      const uint32_t record = 32 * word + static_cast<uint32_t>(std::countr_zero(rest));
-      if (record >= cluster.count) break;
-      listed.push_back({cluster.first + record, chunk});
-    }
+/// Six indices for each of a cluster's faces whose bit is set.
+void append_faces(const FaceCluster& cluster, const RecordBits& bits, std::vector<uint32_t>& indices) {
+  each_record(cluster, bits, [&](uint32_t record) {
+    for (const uint32_t of_face : kQuadCorners) indices.push_back(4 * record + of_face);
+  });
 }
 
 /// Fewer faces than this in the frustum cost less than the occlusion test.
@@ -260,7 +257,7 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
       if (some == 0) continue;
       out.first_faces += some;
       if (out.lists_faces && by_face[page]) {
-        list_faces(cluster, in_first[i], instances[i], out.listed);
+        each_record(cluster, in_first[i], [&](uint32_t record) { out.listed.push_back({record, instances[i]}); });
         continue;
       }
       VkDrawIndexedIndirectCommand draw;

@@ -17,7 +17,7 @@ constexpr uint32_t kFewestFaces = 16384;  // that there is room for
 // Until a picture says more a block's list has room for so many times the faces that there are for each, up to the
 // latter.
 constexpr uint64_t kUneven = 16;
-constexpr uint32_t kMostAtFirst = 1024;
+constexpr uint32_t kFewestOfBlock = 64, kMostAtFirst = 1024;
 constexpr uint64_t kSeenBytes = 2 * sizeof(uint32_t);
 
 uint32_t groups_of(uint32_t elements, uint32_t group) { return (elements + group - 1) / group; }
@@ -26,13 +26,14 @@ VkExtent2D blocks_of(VkExtent2D picture) {
   return {groups_of(picture.width, kBlockPixels), groups_of(picture.height, kBlockPixels)};
 }
 
+uint64_t count_of(VkExtent2D blocks) { return uint64_t{blocks.width} * blocks.height; }
+
 bool same_extent(VkExtent2D a, VkExtent2D b) { return a.width == b.width && a.height == b.height; }
 
 /// Makes a buffer of texels that dispatches write, where it is too small.
-world::Status fit_texels(PassContext& context, gpu::Buffer& buffer, VkFormat format, uint64_t bytes,
-                         VkBufferUsageFlags usage = 0) {
+world::Status fit_texels(PassContext& context, gpu::Buffer& buffer, VkFormat format, uint64_t bytes) {
   if (buffer.handle && buffer.size >= bytes) return {};
-  TRY(buffer, gpu::make_texel_buffer(context.device, bytes, format, kStorage | usage, gpu::MemoryUse::device));
+  TRY(buffer, gpu::make_texel_buffer(context.device, bytes, format, kStorage, gpu::MemoryUse::device));
   return {};
 }
 
@@ -48,10 +49,7 @@ bool FaceBlocks::fits(const PassContext& context) const {
          targets.seen.row_bytes >= row * kSeenBytes && targets.seen.row_bytes * targets.extent().height <= range;
 }
 
-uint64_t FaceBlocks::fewest(const PassContext& context) {
-  const VkExtent2D blocks = blocks_of(context.targets.extent());
-  return uint64_t{blocks.width} * blocks.height;
-}
+uint64_t FaceBlocks::fewest(const PassContext& context) { return count_of(blocks_of(context.targets.extent())); }
 
 world::Status FaceBlocks::fit(PassContext& context) {
   if (!seen_rows_.handle) {
@@ -60,7 +58,8 @@ world::Status FaceBlocks::fit(PassContext& context) {
   const VkExtent2D blocks = blocks_of(context.targets.extent());
   if (same_extent(blocks, blocks_)) return {};
   blocks_ = blocks;
-  const uint64_t words = uint64_t{blocks.width} * blocks.height * sizeof(uint32_t);
+  of_block_ = kFewestOfBlock;  // small pictures have the longer lists
+  const uint64_t words = count_of(blocks) * sizeof(uint32_t);
   constexpr VkBufferUsageFlags kCleared = kStorage | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
   TRY(tiles_, gpu::make_texel_buffer(context.device, words, VK_FORMAT_R32_SFLOAT, kCleared, gpu::MemoryUse::device));
   TRY(block_counts_,
@@ -69,6 +68,10 @@ world::Status FaceBlocks::fit(PassContext& context) {
   TRY(depths_, gpu::make_buffer(context.device, words * kBlockPixels * kBlockPixels,
                                 kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT, gpu::MemoryUse::device));
   return {};
+}
+
+uint64_t FaceBlocks::most_of_block(const PassContext& context) const {
+  return context.device.limits().maxStorageBufferRange / (count_of(blocks_) * sizeof(uint32_t));
 }
 
 world::Result<const FaceBlocks::Pipelines*> FaceBlocks::pipelines(PassContext& context, bool second,
@@ -88,11 +91,13 @@ world::Status FaceBlocks::prepare(PassContext& context, const Drawing& drawing, 
   list_ = &list;
   TRY_STATUS(fit(context));
   TRY(first_, pipelines(context, false, drawing, list.blends));
-  TRY(second_, pipelines(context, true, drawing, list.blends));
+  if (!list.candidates.empty()) {
+    TRY(second_, pipelines(context, true, drawing, list.blends));
+  }
   faces_ = std::max({faces_, kFewestFaces, std::bit_ceil(static_cast<uint32_t>(list.listed.size()))});
-  const uint64_t blocks = uint64_t{blocks_.width} * blocks_.height;
-  of_block_ = std::max(
-      of_block_, std::min(std::bit_ceil(static_cast<uint32_t>(kUneven * list.listed.size() / blocks)), kMostAtFirst));
+  const uint64_t wanted = kUneven * list.listed.size() / count_of(blocks_);
+  const uint64_t most = std::min<uint64_t>(kMostAtFirst, std::bit_floor(most_of_block(context)));
+  of_block_ = std::max(of_block_, static_cast<uint32_t>(std::min(std::bit_ceil(wanted), most)));
   TRY_STATUS(
       context.fill_texels(listed_, VK_FORMAT_R32G32_UINT, list.listed.data(), list.listed.size() * sizeof(ListedFace)));
   TRY_STATUS(fit_texels(context, second_listed_, VK_FORMAT_R32G32_UINT,
@@ -100,7 +105,7 @@ world::Status FaceBlocks::prepare(PassContext& context, const Drawing& drawing, 
   TRY_STATUS(
       fit_texels(context, setups_, VK_FORMAT_R32G32B32A32_UINT, uint64_t{faces_} * kSetupTexels * sizeof(uvec4)));
   TRY_STATUS(fit_texels(context, item_list_, VK_FORMAT_R32G32B32A32_UINT, uint64_t{items_} * sizeof(uvec4)));
-  TRY_STATUS(fit_texels(context, block_faces_, VK_FORMAT_R32_UINT, blocks * of_block_ * sizeof(uint32_t)));
+  TRY_STATUS(fit_texels(context, block_faces_, VK_FORMAT_R32_UINT, count_of(blocks_) * of_block_ * sizeof(uint32_t)));
   std::vector<uint32_t> heads(kPageHeads + kHeadWords * list.listed_end.size(), 0);
   for (size_t head = 0; head < heads.size(); head += kHeadWords) heads[head + 1] = heads[head + 2] = 1;
   TRY_STATUS(context.fill(heads_, heads.data(), heads.size() * sizeof heads[0],
@@ -194,17 +199,13 @@ bool FaceBlocks::finish(PassContext& context, FrameReport& report) {
   const uint32_t items = std::max(heads[kItemsHead + 3], heads[kSecondItemsHead + 3]);
   const uint32_t of_block = heads[kLongestHead + 3];
   const bool had_room = second <= faces_ && items <= items_ && of_block <= of_block_;
-  const uint64_t most_of_block =
-      context.device.limits().maxStorageBufferRange / (uint64_t{blocks_.width} * blocks_.height * sizeof(uint32_t));
-  if (second > kMostListed || std::bit_ceil(of_block) > most_of_block)
+  if (second > kMostListed || std::bit_ceil(of_block) > most_of_block(context))
     crowded_ = blocks_;
   else
     faces_ = std::max(faces_, std::bit_ceil(second)), of_block_ = std::max(of_block_, std::bit_ceil(of_block));
   items_ = std::max(items_, std::bit_ceil(items));
   report.work.push_back({"faces_listed", list_->listed.size() + second});
-  for (const gpu::Buffer* buffer : {&listed_, &second_listed_, &setups_, &block_faces_, &block_counts_, &item_list_,
-                                    &heads_, &depths_, &active_, &tiles_})
-    row_of(report, "faces").bytes += buffer->size;
+  for (const gpu::Buffer* buffer : buffers()) row_of(report, "faces").bytes += buffer->size;
   return had_room;
 }
 
@@ -213,9 +214,8 @@ void FaceBlocks::rest(PassContext& context) {
   // The occlusion test names them, whether it lists faces or not.
   context.bindings.forget(kBindListedFaces);
   context.bindings.forget(kBindFaceHeads);
-  for (gpu::Buffer* buffer : {&listed_, &second_listed_, &setups_, &block_faces_, &block_counts_, &item_list_, &heads_,
-                              &depths_, &active_, &tiles_, &seen_rows_})
-    *buffer = {};
+  for (gpu::Buffer* buffer : buffers()) *buffer = {};
+  seen_rows_ = {};
   blocks_ = {};
 }
 

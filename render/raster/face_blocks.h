@@ -2,6 +2,7 @@
 /// the pipeline of faces with exact edges leaves there, but for the last bits of depth.
 #pragma once
 
+#include <array>
 #include <map>
 #include <tuple>
 
@@ -36,6 +37,13 @@ class FaceBlocks {
 
  private:
   world::Status fit(PassContext& context);
+  /// Faces of a block that a buffer of them can hold.
+  uint64_t most_of_block(const PassContext& context) const;
+  /// All that it made for itself.
+  std::array<gpu::Buffer*, 10> buffers() {
+    return {&listed_,    &second_listed_, &setups_, &block_faces_, &block_counts_,
+            &item_list_, &heads_,         &depths_, &active_,      &tiles_};
+  }
   struct Pipelines {
     Pipeline setup, spread, blocks;
   };
@@ -47,7 +55,7 @@ class FaceBlocks {
   const DrawList* list_ = nullptr;
   VkExtent2D blocks_{};
   VkExtent2D crowded_{};  // as blocks_: pictures of that size had longer lists than a buffer holds; pipelines draw them
-  uint32_t faces_ = 0, items_ = 4096, of_block_ = 64;  // room
+  uint32_t faces_ = 0, items_ = 4096, of_block_ = 0;  // room
   gpu::Buffer listed_, second_listed_, setups_, block_faces_, block_counts_, item_list_, heads_, depths_, active_,
       tiles_;
   gpu::Buffer seen_rows_;  // the memory of targets.seen

@@ -120,6 +120,21 @@ TEST_F(FaceBlocks, OfATryWithoutRoomNothingIsRemembered) {
   expect_equal(hills(), hill_cameras()[0].camera, knobs, 320, 180, "in time");
 }
 
+/// A small picture's lists are long, and room for them in each block of a large one would be large.
+TEST_F(FaceBlocks, TakeNoMoreOfALargePictureAfterASmallOne) {
+  const world::World w = hills();
+  const Camera camera = hill_cameras()[0].camera;
+  const auto bytes = [](const Frame& frame) {
+    for (const PassReport& pass : frame.report.passes)
+      if (pass.name == "faces") return pass.bytes;
+    return uint64_t{0};
+  };
+  auto fresh = make_raster({});
+  ASSERT_TRUE(fresh.ok());
+  draw(*lists_, w, camera, {}, 160, 90);
+  EXPECT_LT(bytes(draw(*lists_, w, camera, {}, 1280, 720)), 2 * bytes(draw(**fresh, w, camera, {}, 1280, 720)));
+}
+
 TEST_F(FaceBlocks, AreAbsentWhereTheyAreNotCalledFor) {
   const world::World w = hills();
   const Camera camera = hill_cameras()[0].camera;
