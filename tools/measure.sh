@@ -5,7 +5,7 @@
 #
 #   tools/measure.sh              all suites, then all subjects (report.html, with pictures, goes to out/report)
 #   tools/measure.sh suites       `loam bench run` of every suite
-#   tools/measure.sh subjects     `loam bench pareto --report out/report`; accuracy.md and the plots are kept too
+#   tools/measure.sh subjects     `loam bench pareto --report out/report`; the plots are kept too
 #   tools/measure.sh store light  these suites alone
 set -uo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
@@ -26,7 +26,6 @@ suites() {
 subjects() {
   local plot
   "$loam" bench pareto --report "$report" --plot "$report/plots" --keep "$results" >"$report.txt" || failed=1
-  cp "$report/accuracy.md" "$results/accuracy.md"
   for plot in "$results"/plots/*.svg; do  # those that README.md shows
     cp "$report/plots/$(basename "$plot")" "$plot"
   done

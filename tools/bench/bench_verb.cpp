@@ -176,11 +176,15 @@ Status write_report(const std::filesystem::path& folder, const Machine& machine,
   if (folder.empty()) return {};
   TRY(const std::string html, html_report(machine, options, results));
   TRY_STATUS(world::write_bytes_atomically(folder / "report.html", html));
-  TRY_STATUS(world::write_bytes_atomically(folder / "accuracy.md", accuracy_markdown(machine, options, results)));
+  const Json json = pareto_json(machine, options, results);
+  std::vector<MeasuredSubject> measured;
+  for (const SubjectResult& result : results) measured.push_back({result, machine_line(json)});
+  TRY_STATUS(world::write_bytes_atomically(folder / "accuracy.md",
+                                           accuracy_markdown("loam bench pareto --report DIR", measured)));
   std::string csv;
   for (const SubjectResult& result : results) csv += pareto_csv(result) + "\n";
   TRY_STATUS(world::write_bytes_atomically(folder / "pareto.csv", csv));
-  return world::write_bytes_atomically(folder / "pareto.json", pareto_json(machine, options, results).dump(2) + "\n");
+  return world::write_bytes_atomically(folder / "pareto.json", json.dump(2) + "\n");
 }
 
 }  // namespace
@@ -281,16 +285,38 @@ Result<int> bench_compare(const std::filesystem::path& before, const std::filesy
   return comparison.regressed() ? static_cast<int>(world::ErrorKind::comparison) : 0;
 }
 
+namespace {
+
+/// The tables of all kept subjects. Whether they aren't those of the file, which is then written, but for a check.
+Result<bool> document_accuracy(const KeptResults& kept, const std::filesystem::path& file, bool check) {
+  TRY(const std::vector<MeasuredSubject> subjects, kept.subjects());
+  if (subjects.empty()) return false;
+  const std::string text = accuracy_markdown("loam bench document README.md", subjects);
+  if (std::filesystem::exists(file)) {
+    TRY(const std::vector<uint8_t> bytes, world::read_file(file, uint64_t{1} << 28));
+    if (std::equal(bytes.begin(), bytes.end(), text.begin(), text.end())) return false;
+  }
+  if (!check) TRY_STATUS(world::write_bytes_atomically(file, text));
+  return true;
+}
+
+}  // namespace
+
 Result<int> bench_document(const DocumentRequest& request) {
   const std::string file = request.file.string();
-  TRY(const KeptResults kept,
-      KeptResults::read(request.results.empty() ? request.file.parent_path() / "tools" / "bench" / "results"
-                                                : request.results));
+  const std::filesystem::path folder =
+      request.results.empty() ? request.file.parent_path() / "tools" / "bench" / "results" : request.results;
+  TRY(const KeptResults kept, KeptResults::read(folder));
   TRY(const std::vector<uint8_t> bytes, world::read_file(request.file, uint64_t{1} << 28));
   TRY(const DocumentResult result, document(std::string(bytes.begin(), bytes.end()), file, kept));
   if (!request.check && !result.changes.empty()) TRY_STATUS(world::write_bytes_atomically(request.file, result.text));
+  TRY(const bool tables_moved, document_accuracy(kept, folder / "accuracy.md", request.check));
   if (request.json) {
-    Json json = {{"file", file}, {"rows", result.rows.size()}, {"quick", result.quick}, {"moved", Json::array()}};
+    Json json = {{"file", file},
+                 {"rows", result.rows.size()},
+                 {"quick", result.quick},
+                 {"tables_moved", tables_moved},
+                 {"moved", Json::array()}};
     for (const DocumentChange& c : result.changes)
       json["moved"].push_back({{"line", c.line}, {"row", c.row}, {"before", c.before}, {"after", c.after}});
     std::cout << json.dump(2) << '\n';
@@ -300,8 +326,12 @@ Result<int> bench_document(const DocumentRequest& request) {
     std::cout << fmt::format("{}: {} numbers, {} {}{}\n", file, result.rows.size(), result.changes.size(),
                              request.check ? "would move" : "moved",
                              result.quick ? fmt::format(", {} from quick runs", result.quick) : std::string());
+    if (tables_moved)
+      std::cout << fmt::format("{}: {}\n", (folder / "accuracy.md").string(),
+                               request.check ? "would be written anew" : "written anew");
   }
-  return request.check && !result.changes.empty() ? static_cast<int>(world::ErrorKind::comparison) : 0;
+  const bool moved = !result.changes.empty() || tables_moved;
+  return request.check && moved ? static_cast<int>(world::ErrorKind::comparison) : 0;
 }
 
 }  // namespace tools

@@ -40,7 +40,7 @@ Result<int> bench_compare(const std::filesystem::path& before, const std::filesy
 
 struct DocumentRequest {
   std::filesystem::path file;     // Markdown with marks (document.h)
-  std::filesystem::path results;  // empty: tools/bench/results beside the file
+  std::filesystem::path results;  // empty: tools/bench/results beside the file. accuracy.md in it is written too
   bool check = false;             // writes nothing
   bool json = false;
 };

@@ -165,12 +165,6 @@ std::string gates_text(const SubjectResult& s) {
   return text;
 }
 
-std::string machine_line(const Machine& machine, const RunOptions& options) {
-  std::string line = machine_text(machine);
-  std::replace(line.begin(), line.end(), '\n', ' ');
-  return line + "flags " + machine.flags + ", " + machine.date + (options.quick ? ", quick run" : "");
-}
-
 constexpr const char* kHead = R"(<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"/><title>Loam: what accuracy costs</title><style>
 body { font: 15px/1.45 sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
@@ -253,7 +247,7 @@ std::vector<Choice> cheapest_for(const SubjectResult& subject, double error) {
 world::Result<std::string> html_report(const Machine& machine, const RunOptions& options,
                                        const std::vector<SubjectResult>& subjects) {
   std::string html = kHead;
-  html += "<h1>What accuracy costs</h1>\n<p>" + xml_text(machine_line(machine, options)) +
+  html += "<h1>What accuracy costs</h1>\n<p>" + xml_text(machine_line(pareto_json(machine, options, {}))) +
           "</p>\n<p>Each plot: error against the reference over the time of one call, both logarithmic. The thick line "
           "is the Pareto front, a ring the setting that Loam ships with, grey what lies within three noise floors of "
           "the reference, crosses what failed. Medians; stochastic methods over many seeds.</p>\n<ul>\n";
@@ -287,12 +281,12 @@ world::Result<std::string> html_report(const Machine& machine, const RunOptions&
   return html + "</body></html>\n";
 }
 
-std::string accuracy_markdown(const Machine& machine, const RunOptions& options,
-                              const std::vector<SubjectResult>& subjects) {
-  std::string text = "# What accuracy costs\n\nWritten by `loam bench pareto --report DIR`, not by hand.\n\n" +
-                     machine_line(machine, options) + "\n";
-  for (const SubjectResult& s : subjects) {
+std::string accuracy_markdown(const std::string& by, const std::vector<MeasuredSubject>& subjects) {
+  std::string text = "# What accuracy costs\n\nWritten by `" + by + "`, not by hand.\n", on;
+  for (const auto& [s, measured_on] : subjects) {
     text += fmt::format("\n## {}\n\n{} Reference: {}.\n\n", s.name, s.question, s.reference);
+    if (on != measured_on) text += measured_on + "\n\n";
+    on = measured_on;
     if (!s.error.empty()) {
       text += "Failed: " + s.error + "\n";
       continue;

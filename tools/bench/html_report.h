@@ -1,7 +1,7 @@
 /// What `loam bench pareto --report DIR` leaves: pages that open without a network.
 ///
 ///   report.html   every subject: its plot, its tables, and for each point its picture, its error map and the command
-///   accuracy.md   the same tables as text, for the project's pages: no number in them is typed by hand
+///   accuracy.md   the same tables as text; `loam bench document` writes them from kept results for the project's pages
 #pragma once
 
 #include <string>
@@ -31,7 +31,12 @@ std::vector<Choice> cheapest_for(const SubjectResult& subject, double error);
 /// Fails where a picture can't be written beside the report on its way into it.
 world::Result<std::string> html_report(const Machine& machine, const RunOptions& options,
                                        const std::vector<SubjectResult>& subjects);
-std::string accuracy_markdown(const Machine& machine, const RunOptions& options,
-                              const std::vector<SubjectResult>& subjects);
+
+struct MeasuredSubject {
+  SubjectResult result;
+  std::string on;  // which machine, when
+};
+/// by: the command that writes it. Where a subject was measured is said where it isn't where the one before it was.
+std::string accuracy_markdown(const std::string& by, const std::vector<MeasuredSubject>& subjects);
 
 }  // namespace tools

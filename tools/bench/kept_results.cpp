@@ -102,6 +102,9 @@ std::string text_of(const Json& item, const char* key) {
   return item.is_object() && item.contains(key) && item[key].is_string() ? item[key].get<std::string>() : "";
 }
 
+/// As ISO 8601 has them, so that later ones are greater.
+std::string date_of(const Json& head) { return text_of(head["machine"], "date"); }
+
 }  // namespace
 
 Status keep_rows(const fs::path& folder, const Machine& machine, const RunOptions& options, const Registry& registry,
@@ -164,6 +167,8 @@ Result<KeptResults> KeptResults::read(const fs::path& folder) {
           if (metrics.empty()) return world::input_error(path.string() + ": a subject lacks its \"metrics\"");
           for (const Json& point : subject.value("points", Json::array()))
             TRY_STATUS(add(text_of(subject, "name") + "/" + text_of(point, "setting"), {point, metrics, head.get()}));
+          KeptSubject& latest = kept.subjects_[text_of(subject, "name")];
+          if (!latest.head || date_of(*latest.head) < date_of(*head)) latest = {subject, head.get()};
         }
       numbers.heads.push_back(std::move(head));
     }
@@ -175,6 +180,17 @@ std::vector<std::string> KeptResults::machines() const {
   std::vector<std::string> names;
   for (const auto& [name, results] : machines_) names.push_back(name);
   return names;
+}
+
+Result<std::vector<MeasuredSubject>> KeptResults::subjects() const {
+  std::vector<MeasuredSubject> subjects;
+  for (const auto& [name, kept] : subjects_) {
+    auto subject = subject_from_json(kept.subject);
+    if (!subject.ok())
+      return world::input_error(fmt::format("{}: {} is {}", folder_.string(), name, subject.error().message));
+    subjects.push_back({std::move(*subject), machine_line(*kept.head)});
+  }
+  return subjects;
 }
 
 const Json* KeptResults::head(const std::string& machine) const {

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/bench/html_report.h"
 #include "tools/bench/report.h"
 #include "world/base/errors.h"
 
@@ -42,6 +43,8 @@ class KeptResults {
   /// By "suite/row" or "subject/setting"; of a method with one setting its name will do. The error says what is missing
   /// and what is nearest.
   Result<const KeptNumber*> find(const std::string& machine, const std::string& name) const;
+  /// Every subject by name, from the machine that measured it last.
+  Result<std::vector<MeasuredSubject>> subjects() const;
   /// A head of that machine's files: all have the same machine, but not the same commit.
   const Json* head(const std::string& machine) const;
 
@@ -50,8 +53,13 @@ class KeptResults {
     std::vector<std::unique_ptr<Json>> heads;
     std::map<std::string, KeptNumber> numbers;
   };
+  struct KeptSubject {
+    Json subject;
+    const Json* head = nullptr;
+  };
   std::filesystem::path folder_;
   std::map<std::string, MachineResults> machines_;
+  std::map<std::string, KeptSubject> subjects_;  // the latest of each
 };
 
 /// Of all result files of a machine's folder one result, with "rows", "subjects" or both.

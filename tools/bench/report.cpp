@@ -101,6 +101,7 @@ Json subject_json(const SubjectResult& s) {
                               {"errors", errors},
                               {"ms_spread", spread_json(p.ms)},
                               {"default", p.is_default},
+                              {"reference", p.is_reference},
                               {"failed", p.failed},
                               {"noise_floor", p.noise_floor},
                               {"below_floor", p.below_floor},
@@ -181,14 +182,73 @@ Json pareto_json(const Machine& machine, const RunOptions& options, const std::v
   return json;
 }
 
+namespace {
+
+double double_of(const Json& json) { return json.is_number() ? json.get<double>() : NAN; }
+std::optional<double> number_of(const Json& json) {
+  return json.is_number() ? std::optional(json.get<double>()) : std::nullopt;
+}
+Spread spread_from_json(const Json& json) {
+  Spread s;
+  s.median = double_of(json.at("median")), s.q1 = double_of(json.at("q1")), s.q3 = double_of(json.at("q3"));
+  return s;
+}
+
+PointResult point_from_json(const Json& json) {
+  PointResult p;
+  p.setting = json.at("setting"), p.method = json.at("method"), p.problem = json.at("problem");
+  p.knob = double_of(json.at("knob")), p.bias = double_of(json.at("bias")), p.work = double_of(json.at("work"));
+  for (const Json& error : json.at("errors")) p.errors.push_back(spread_from_json(error));
+  p.ms = spread_from_json(json.at("ms_spread"));
+  p.is_default = json.at("default"), p.is_reference = json.value("reference", false), p.failed = json.at("failed");
+  p.noise_floor = double_of(json.at("noise_floor")), p.below_floor = json.at("below_floor"), p.front = json.at("front");
+  if (const Json& on_front = json.at("default_on_front"); on_front.is_boolean()) p.default_on_front = on_front;
+  return p;
+}
+
+std::string machine_words(const Json& head) {
+  const Json& m = head.at("machine");
+  return fmt::format("{}, {} cores, {}, Vulkan on {}, {}, {}, SIMD {}, commit {}, load {:.1f}",
+                     m.at("cpu").get<std::string>(), m.at("cores").get<int>(),
+                     world::bytes_text(double_of(m.at("memory_bytes"))), m.at("device").get<std::string>(),
+                     m.at("kernel").get<std::string>(), m.at("compiler").get<std::string>(),
+                     m.at("simd").empty() ? "none" : m.at("simd")[0].get<std::string>(),
+                     head.at("commit").get<std::string>(), double_of(m.at("load_average")));
+}
+
+}  // namespace
+
+world::Result<SubjectResult> subject_from_json(const Json& json) {
+  try {
+    SubjectResult s;
+    s.name = json.at("name"), s.question = json.at("question"), s.reference = json.at("reference");
+    s.metrics = json.at("metrics").get<std::vector<std::string>>(), s.work_unit = json.at("work_unit");
+    s.noise_floor = double_of(json.at("noise_floor")), s.threads = json.at("threads");
+    if (json.at("error").is_string()) s.error = json.at("error");
+    for (const Json& point : json.at("points")) s.points.push_back(point_from_json(point));
+    for (const Json& slope : json.at("slopes"))
+      s.slopes.push_back(
+          {slope.at("method"), slope.at("expected"), number_of(slope.at("fitted")), slope.at("met").get<bool>()});
+    for (const Json& bias : json.at("biases"))
+      s.biases.push_back({bias.at("method"), bias.at("limit"), double_of(bias.at("bias")), bias.at("met").get<bool>()});
+    return s;
+  } catch (const Json::exception& e) {
+    return world::input_error(fmt::format("no subject of `loam bench pareto`: {}", e.what()));
+  }
+}
+
 std::string machine_text(const Machine& m) {
-  std::string text = fmt::format("{}, {} cores, {}, Vulkan on {}, {}, {}, SIMD {}, commit {}, load {:.1f}\n", m.cpu,
-                                 m.cores, world::bytes_text(m.memory_bytes), m.device, m.kernel, m.compiler,
-                                 m.simd.empty() ? "none" : m.simd[0], build_commit(), m.load);
+  std::string text = machine_words(header_json(m, {})) + "\n";
   if (m.load > m.cores)
     text +=
         fmt::format("the machine was busy (load {:.1f} on {} cores): wall times are upper bounds\n", m.load, m.cores);
   return text;
+}
+
+std::string machine_line(const Json& head) {
+  const Json& m = head.at("machine");
+  return fmt::format("{}, flags {}, {}{}", machine_words(head), m.at("flags").get<std::string>(),
+                     m.at("date").get<std::string>(), head.value("quick", false) ? ", quick run" : "");
 }
 
 std::string run_text(const std::vector<RowResult>& rows) {

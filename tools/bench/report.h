@@ -8,6 +8,7 @@
 
 #include "tools/bench/machine.h"
 #include "tools/bench/runner.h"
+#include "world/base/errors.h"
 
 namespace tools {
 
@@ -25,7 +26,12 @@ Json run_json(const Machine& machine, const RunOptions& options, const std::vect
 /// spread}]}]}
 Json pareto_json(const Machine& machine, const RunOptions& options, const std::vector<SubjectResult>& subjects);
 
+/// A subject of pareto_json(), or of a kept file, which leaves out what no table reads.
+world::Result<SubjectResult> subject_from_json(const Json& json);
+
 std::string machine_text(const Machine& machine);
+/// The same in one line, with flags and date, from the head of a result.
+std::string machine_line(const Json& head);
 std::string run_text(const std::vector<RowResult>& rows);
 std::string pareto_text(const SubjectResult& subject);
 /// One row a point, with a header; numbers in full precision.

@@ -60,7 +60,8 @@ void add_bench_verb(CommandLine& command) {
   stability->add_option("CASE", arguments->request.names, "hard cases by their names (default: all)");
   common(stability);
 
-  CLI::App* document = bench->add_subcommand("document", "writes the numbers of a Markdown file from kept results");
+  CLI::App* document = bench->add_subcommand(
+      "document", "writes the numbers of a Markdown file from kept results, and the tables of accuracy.md beside them");
   document->add_option("FILE", arguments->document.file, "Markdown with marks, as README.md (tools/bench/document.h)")
       ->required();
   document->add_option("--results", arguments->document.results,

@@ -156,6 +156,41 @@ TEST_F(Document, KeptResultsAreResultsThatCompareReads) {
   EXPECT_NE(shown.find("subject/fine@1 error: gone"), std::string::npos) << shown;
 }
 
+TEST_F(Document, ASubjectsTablesAreThoseOfTheMachineThatMeasuredItLast) {
+  SubjectResult subject;
+  subject.name = "subject", subject.metrics = {"distance (m)"};
+  PointResult p;
+  p.method = "later", p.setting = "later@1", p.errors = {spread_of({0.75})}, p.ms = spread_of({4}), p.front = true;
+  subject.points.push_back(p);
+  subject.slopes.push_back({"later", -0.5, -0.46, true});
+  Machine later = machine("two");
+  later.date = "2026-01-03T00:00:00Z";
+  ASSERT_TRUE(keep_subject(results(), later, {}, subject).ok());
+  const auto kept = KeptResults::read(results());
+  ASSERT_TRUE(kept.ok());
+  const auto subjects = kept->subjects();
+  ASSERT_TRUE(subjects.ok()) << subjects.error().message;
+  ASSERT_EQ(subjects->size(), 1u);
+  const std::string text = accuracy_markdown("a command", *subjects);
+  for (const char* part : {"| later@1 | 0.75 | 0 | 0 | 4 | 0 | front |", "slope of later: -0.460", "two, 2 cores"})
+    EXPECT_NE(text.find(part), std::string::npos) << part << "\n" << text;
+  EXPECT_EQ(text.find("one, 2 cores"), std::string::npos) << text;
+}
+
+TEST_F(Document, ASubjectThatLacksWhatItsTablesReadIsOneSentence) {
+  const fs::path file = results() / "one-2-cores" / "pareto" / "subject.json";
+  std::string text = slurp(file);
+  const size_t errors = text.find("\"errors\"");
+  ASSERT_NE(errors, std::string::npos);
+  std::ofstream(file) << text.replace(errors, 8, "\"other\"");
+  const auto kept = KeptResults::read(results());
+  ASSERT_TRUE(kept.ok());
+  const auto subjects = kept->subjects();
+  ASSERT_FALSE(subjects.ok());
+  EXPECT_NE(subjects.error().message.find("subject is no subject of `loam bench pareto`"), std::string::npos)
+      << subjects.error().message;
+}
+
 TEST_F(Document, ASuiteIsNotKeptInPart) {
   const std::vector<RowResult> rows{row("save", 1, "ms"), row("edit", 1, "us")};
   const Status kept = keep_rows(results(), machine("one"), {}, registry_of(rows), {rows[0]});
@@ -181,6 +216,16 @@ TEST(Readme, ItsNumbersAreThoseOfTheKeptResults) {
     ADD_FAILURE() << "README.md:" << c.line << ": " << c.row << ": \"" << c.before << "\", measured \"" << c.after
                   << "\"; run `loam bench document README.md`";
   EXPECT_GT(result->rows.size(), 200u);
+}
+
+TEST(Readme, ItsTablesOfAccuracyAreThoseOfTheKeptSubjects) {
+  DocumentRequest request;
+  request.file = kRoot / "README.md", request.check = true;
+  testing::internal::CaptureStdout();
+  const auto checked = bench_document(request);
+  const std::string shown = testing::internal::GetCapturedStdout();
+  ASSERT_TRUE(checked.ok()) << checked.error().message;
+  EXPECT_EQ(shown.find("accuracy.md"), std::string::npos) << shown;
 }
 
 TEST(Readme, ANumberThatIsTypedIsFound) {
