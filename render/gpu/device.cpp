@@ -41,7 +41,6 @@ struct Features {
     see("drawIndirectFirstInstance", all.features.drawIndirectFirstInstance);
     see("fragmentStoresAndAtomics", all.features.fragmentStoresAndAtomics);
     see("scalarBlockLayout", v12.scalarBlockLayout);
-    see("timelineSemaphore", v12.timelineSemaphore);
     see("dynamicRendering", v13.dynamicRendering);
     see("synchronization2", v13.synchronization2);
     see("maintenance4", v13.maintenance4);
@@ -243,10 +242,8 @@ world::Status Device::open(const DeviceOptions& options) {
   commands.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
   commands.commandBufferCount = 1;
   VK_CHECK(vkAllocateCommandBuffers(device_, &commands, &commands_));
-  auto type = vk_info<VkSemaphoreTypeCreateInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO);
-  type.semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE;
-  auto semaphore = vk_info<VkSemaphoreCreateInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO, &type);
-  VK_CHECK(vkCreateSemaphore(device_, &semaphore, nullptr, &timeline_));
+  auto fence = vk_info<VkFenceCreateInfo>(VK_STRUCTURE_TYPE_FENCE_CREATE_INFO);
+  VK_CHECK(vkCreateFence(device_, &fence, nullptr, &finished_));
   return {};
 }
 
@@ -255,7 +252,7 @@ Device::~Device() {
     vkDeviceWaitIdle(device_);
     collect(submitted_);
     pipelines_.close();
-    vkDestroySemaphore(device_, timeline_, nullptr);
+    vkDestroyFence(device_, finished_, nullptr);
     vkDestroyCommandPool(device_, pool_, nullptr);
     // What still owns memory now would free it on a dead device.
     CHECK(memory_.close());
@@ -301,24 +298,15 @@ world::Status Device::run_checked(const std::function<world::Status(VkCommandBuf
 
     auto buffer = vk_info<VkCommandBufferSubmitInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO);
     buffer.commandBuffer = commands_;
-    auto signal = vk_info<VkSemaphoreSubmitInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO);
-    signal.semaphore = timeline_;
-    signal.value = submitted_ + 1;
-    signal.stageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
     auto submit = vk_info<VkSubmitInfo2>(VK_STRUCTURE_TYPE_SUBMIT_INFO_2);
     submit.commandBufferInfoCount = 1;
     submit.pCommandBufferInfos = &buffer;
-    submit.signalSemaphoreInfoCount = 1;
-    submit.pSignalSemaphoreInfos = &signal;
+    VK_CHECK(vkResetFences(device_, 1, &finished_));
     VkResult result =
-        lose_device_ && lose_device_() ? VK_ERROR_DEVICE_LOST : vkQueueSubmit2(queue_, 1, &submit, VK_NULL_HANDLE);
+        lose_device_ && lose_device_() ? VK_ERROR_DEVICE_LOST : vkQueueSubmit2(queue_, 1, &submit, finished_);
     if (result == VK_SUCCESS) {
       ++submitted_;
-      auto wait = vk_info<VkSemaphoreWaitInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO);
-      wait.semaphoreCount = 1;
-      wait.pSemaphores = &timeline_;
-      wait.pValues = &submitted_;
-      result = vkWaitSemaphores(device_, &wait, UINT64_MAX);
+      result = vkWaitForFences(device_, 1, &finished_, VK_TRUE, UINT64_MAX);
     }
     lost_ = lost_ || result == VK_ERROR_DEVICE_LOST;
     if (result != VK_SUCCESS) return vulkan_error("submitting work and waiting for it", result);

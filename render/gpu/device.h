@@ -82,7 +82,7 @@ class Device {
 
  private:
   struct Retired {
-    uint64_t after;  // value of the timeline
+    uint64_t after;  // so many submissions
     VkObjectType type;
     uint64_t handle;
     MemoryRange range;
@@ -104,7 +104,7 @@ class Device {
   uint32_t family_ = 0;
   VkCommandPool pool_ = VK_NULL_HANDLE;
   VkCommandBuffer commands_ = VK_NULL_HANDLE;
-  VkSemaphore timeline_ = VK_NULL_HANDLE;
+  VkFence finished_ = VK_NULL_HANDLE;  // the submission that is waited for
   uint64_t submitted_ = 0;
   bool lost_ = false;
   std::function<bool()> lose_device_;

@@ -113,6 +113,7 @@ void main() {
   }
   const uint block = at.y * across.x + at.x;
   const uvec2 pixel = at * kBlockPixels + uvec2(0, gl_LocalInvocationID.x);
+  if (pixel.y >= size.y) return;
   Four left = four_at(pixel), right = four_at(pixel + uvec2(4, 0));
   const float y = float(pixel.y) + 0.5;
   const uint count = min(texelFetch(block_counts, int(block)).x, of_block);
@@ -121,7 +122,6 @@ void main() {
     draw(left, y, face);
     draw(right, y, face);
   }
-  if (pixel.y >= size.y) return;
   keep(left, pixel);
   keep(right, pixel + uvec2(4, 0));
   if (!kSecondFaces) {
