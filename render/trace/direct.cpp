@@ -175,9 +175,10 @@ Vec3d seen_far(const Transport& t, const TraceRay& ray) {
 Vec3d light_by_light(Transport& t, const Surface& s, const Vec3f& wo, const Sampler& sampler, uint32_t dimension,
                      bool first, bool sunlit) {
   Vec3d sum(0);
+  // A map stands for rays, which are cast here anyway.
+  const bool sun_casts = t.knobs().sun_shadow == SunShadow::ray || t.knobs().sun_shadow == SunShadow::map;
   if (t.scene().environment().sun_irradiance.max() > 0 && sunlit)
-    sum += one_light(t, {LightKind::sun, 0, 0, {}, world::kNoFace}, 1, t.knobs().sun_shadow == SunShadow::ray, s, wo,
-                     sampler, dimension);
+    sum += one_light(t, {LightKind::sun, 0, 0, {}, world::kNoFace}, 1, sun_casts, s, wo, sampler, dimension);
   const auto& luminaires = t.scene().luminaires();
   for (uint32_t i = 0; i < luminaires.size(); ++i) {
     if (!first && !luminaires[i].luminaire->global_illumination) continue;

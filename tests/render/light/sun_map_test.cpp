@@ -4,6 +4,7 @@
 
 #include "render/raycast/raycast.h"
 #include "tests/render/raster/compare_pictures.h"
+#include "tests/render/raster/lit_worlds.h"
 #include "tests/render/raster/small_worlds.h"
 
 namespace render {
@@ -42,6 +43,20 @@ TEST(SunMap, TendsToTheShadowsOfRaysAsItsTexelsShrink) {
     before = now;
   }
   EXPECT_LT(before, 0.01);
+}
+
+/// Where luminaires shine, pictures are traced.
+TEST(SunMap, OfATracedPictureIsRays) {
+  world::World w = hills();
+  w.luminaires.push_back(luminaire("omni"));
+  auto raycast = make_raycast_backend();
+  RenderKnobs knobs = map_of(1);
+  const Image by_map = drawn(**raycast, w, knobs);
+  knobs.sun_shadow = SunShadow::ray;
+  const Image by_rays = drawn(**raycast, w, knobs);
+  EXPECT_TRUE(same(by_map, by_rays));
+  knobs.sun_shadow = SunShadow::none;
+  EXPECT_GT(differing(drawn(**raycast, w, knobs), by_rays), 0.01);
 }
 
 TEST(SunMap, IsMadeOnceAndAgainAfterAnEditAndGoesWhereNobodyAsks) {
