@@ -590,9 +590,9 @@ world::Status check(const Camera& camera, const RenderKnobs& knobs, int width, i
 
 class RaycastBackend : public Backend {
  public:
-  /// Where it takes one ray a pixel, to what lights that directly; other integrators follow light themselves.
+  /// Other integrators follow light themselves.
   bool reads_light(const world::World&, const RenderKnobs& knobs) const override {
-    return knobs.spp == 1 && knobs.light_transport == LightTransport::direct;
+    return knobs.light_transport == LightTransport::direct;
   }
   world::Result<Frame> render(const world::WorldView& view, const Camera& camera, const RenderKnobs& knobs, int width,
                               int height) override {
@@ -603,7 +603,7 @@ class RaycastBackend : public Backend {
     TRY_STATUS(world::check_proxies(view.palette()));
     const bool reads = reads_light(view.world(), knobs);
     if (reads) TRY_STATUS(check_light(light, knobs));
-    if (!reads || calls_for_trace_scene(view.world()) || knobs.direct_gloss == DirectGloss::lobe) {
+    if (!reads || knobs.spp > 1 || calls_for_trace_scene(view.world()) || knobs.direct_gloss == DirectGloss::lobe) {
       const bool meets_bodies = knobs.light_transport == LightTransport::direct ||
                                 knobs.light_transport == LightTransport::ambient_occlusion ||
                                 knobs.light_transport == LightTransport::whitted;
