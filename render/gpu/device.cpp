@@ -26,6 +26,9 @@ VKAPI_ATTR VkBool32 VKAPI_CALL collect_message(VkDebugUtilsMessageSeverityFlagBi
   return VK_FALSE;
 }
 
+/// Of processors: no other device is asked for it.
+constexpr const char* kAtomic64 = "shaderBufferInt64Atomics";
+
 /// What the program uses of Vulkan 1.3; all of it exists in lavapipe of Debian 12.
 struct Features {
   VkPhysicalDeviceVulkan13Features v13 =
@@ -51,6 +54,7 @@ struct Features {
     see("multiDrawIndirect", all.features.multiDrawIndirect, "each draw is a call of its own");
     see("drawIndirectCount", v12.drawIndirectCount, "draws of what is hidden are read, and draw nothing");
     see("largePoints", all.features.largePoints, "small faces of shapes are drawn as rectangles too");
+    see(kAtomic64, all.features.shaderInt64 && v12.shaderBufferInt64Atomics, "small shapes are drawn by pipelines");
   }
 };
 
@@ -185,12 +189,15 @@ world::Status Device::choose_physical(const std::vector<std::string>& without) {
     limits_ = p.limits;
     is_processor_ = p.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
     counts_draws_ = true;
+    has_atomic64_ = is_processor_;
     warnings_.clear();
     features.each_optional([&](const char* name, VkBool32 there, const char* else_what) {
+      if (std::strcmp(name, kAtomic64) == 0 && !is_processor_) return;
       if (there && std::find(without.begin(), without.end(), name) == without.end()) return;
       warnings_.push_back(std::string(p.deviceName) + " lacks " + name + ": " + else_what);
       if (std::strcmp(name, "multiDrawIndirect") == 0) limits_.maxDrawIndirectCount = 1;
       if (std::strcmp(name, "drawIndirectCount") == 0) counts_draws_ = false;
+      if (std::strcmp(name, kAtomic64) == 0) has_atomic64_ = false;
       if (std::strcmp(name, "largePoints") == 0) limits_.pointSizeRange[1] = 1;
     });
     name_ = std::string(p.deviceName) + ", " + driver.driverInfo;
@@ -212,6 +219,7 @@ world::Status Device::open(const DeviceOptions& options) {
   if (limits_.maxDrawIndirectCount > 1) features.all.features.multiDrawIndirect = VK_TRUE;
   if (counts_draws_) features.v12.drawIndirectCount = VK_TRUE;
   if (limits_.pointSizeRange[1] > 1) features.all.features.largePoints = VK_TRUE;
+  if (has_atomic64_) features.all.features.shaderInt64 = features.v12.shaderBufferInt64Atomics = VK_TRUE;
   const float priority = 1;
   auto queue = vk_info<VkDeviceQueueCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO);
   queue.queueFamilyIndex = family_;

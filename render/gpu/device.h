@@ -61,6 +61,8 @@ class Device {
   bool is_processor() const { return is_processor_; }
   /// Whether how many indirect draws there are may lie in a buffer.
   bool counts_draws() const { return counts_draws_; }
+  /// Whether shaders have atomic numbers of 64 bits; asked of a processor alone.
+  bool has_atomic64() const { return has_atomic64_; }
   MemoryPool& memory() { return memory_; }
   std::vector<std::string> messages() const;
   /// What is not as it could be, a sentence each: a feature that the driver lacks, a cache that was left out.
@@ -110,7 +112,7 @@ class Device {
   std::function<bool()> lose_device_;
   std::string name_;
   VkPhysicalDeviceLimits limits_{};
-  bool is_processor_ = false, counts_draws_ = false;
+  bool is_processor_ = false, counts_draws_ = false, has_atomic64_ = false;
   MemoryPool memory_;
   PipelineCache pipelines_;
   ShaderCache shaders_;

@@ -112,7 +112,7 @@ double level_distance(int level, const PixelRays& rays, int height, double error
 }
 
 void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRays& rays, double view_distance,
-          bool may_test, uint64_t list_from, DrawList& out, const TakeChunks& take) {
+          bool may_test, const ListWhere& list, DrawList& out, const TakeChunks& take) {
   out.chunks.clear();
   out.pages.clear();
   out.culled = {};
@@ -133,6 +133,8 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
   out.listed.clear();
   out.listed_end.assign(pages, 0);
   out.second_listed.assign(pages, 0);
+  out.points.clear();
+  out.points_end.assign(pages, 0);
   out.second_faces = 0;
   out.first_faces = out.left_out = 0;
   const Frustum frustum(rays);
@@ -180,6 +182,7 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
   // Their clusters in the frustum that look towards the camera.
   uint64_t faces = 0;
   std::vector<uint32_t> instances;  // of each cluster
+  std::vector<double> distances;
   for (const SeenChunk& s : seen) {
     if (s.taken) {
       out.culled.taken += s.chunk->count;
@@ -202,7 +205,8 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
         count(out.culled.back) += cluster.count;
         continue;
       }
-      if (distance_to_box(low, high) > view_distance) {
+      const double distance = distance_to_box(low, high);
+      if (distance > view_distance) {
         count(out.culled.distance) += cluster.count;
         continue;
       }
@@ -213,6 +217,7 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
       if (s.level > 0) out.culled.coarse += cluster.count;
       out.clusters.push_back(&cluster);
       instances.push_back(static_cast<uint32_t>(out.chunks.size()));
+      distances.push_back(distance);
       faces += cluster.count;
     }
     if (out.clusters.size() == before) continue;
@@ -239,10 +244,14 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
       in_first[i] = kAllRecords;
     }
   }
-  uint64_t of_cubes = 0;
-  for (size_t i = 0; i < out.clusters.size(); ++i)
-    if (by_face[out.pages[instances[i]]]) of_cubes += out.clusters[i]->among(in_first[i]);
-  out.lists_faces = of_cubes >= list_from && of_cubes <= kMostListed;
+  uint64_t of_cubes = 0, of_points = 0;
+  for (size_t i = 0; i < out.clusters.size(); ++i) {
+    const uint32_t page = out.pages[instances[i]];
+    if (by_face[page]) of_cubes += out.clusters[i]->among(in_first[i]);
+    if (points[page] && list.points) of_points += out.clusters[i]->among(in_first[i]);
+  }
+  // A point costs a pipeline half of what a face does.
+  out.lists_faces = of_cubes + of_points / 2 >= list.from && of_cubes <= kMostListed && of_points <= kMostListed;
   // By page, each front to back.
   std::vector<std::vector<size_t>> of_page(pages);
   for (size_t i = 0; i < out.clusters.size(); ++i) of_page[out.pages[instances[i]]].push_back(i);
@@ -258,6 +267,10 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
       out.first_faces += some;
       if (out.lists_faces && by_face[page]) {
         each_record(cluster, in_first[i], [&](uint32_t record) { out.listed.push_back({record, instances[i]}); });
+        continue;
+      }
+      if (out.lists_faces && points[page] && list.points) {
+        out.points.push_back({cluster.first, cluster.count, instances[i], static_cast<float>(distances[i])});
         continue;
       }
       VkDrawIndexedIndirectCommand draw;
@@ -277,6 +290,7 @@ void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRa
     }
     out.first_end[page] = static_cast<uint32_t>(out.draws.size());
     out.listed_end[page] = static_cast<uint32_t>(out.listed.size());
+    out.points_end[page] = static_cast<uint32_t>(out.points.size());
   }
   if (!test) {
     for (FaceCluster* cluster : out.clusters) cluster->seen = kAllRecords;  // as far as anyone knows

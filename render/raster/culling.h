@@ -46,6 +46,13 @@ struct ListedFace {
   uint32_t record, chunk;  // of its page; in DrawList::chunks
 };
 
+/// Points of a cluster.
+struct ListedPoints {
+  uint32_t first, count;  // records of its page
+  uint32_t chunk;         // in DrawList::chunks
+  float distance;         // m, to the nearest
+};
+
 /// A level fades in between `from` and this times it, pixel by pixel, while the one below fades out.
 constexpr double kBlendBand = 1.15;
 
@@ -75,6 +82,9 @@ struct DrawList {
   std::vector<ListedFace> listed;
   std::vector<uint32_t> listed_end, second_listed;  // of each page, in `listed`; where its part of the second's begins
   bool lists_faces = false;
+  /// The same of points, where those are listed too.
+  std::vector<ListedPoints> points;
+  std::vector<uint32_t> points_end;
   uint32_t second_faces = 0;  // that the second pass may draw, at most
   uint64_t first_faces = 0;   // drawn by the first pass
   CulledFaces culled;
@@ -120,9 +130,17 @@ bool looks_away(const FaceCluster& cluster, const Vec3d& low, const Vec3d& high)
 /// Of what faces the camera, at 1 m.
 double pixels_at_one_metre(const PixelRays& rays, int height);
 
+constexpr double kVoxelDiagonal = 1.7321;  // m
+
 /// Distance from which on a level's surfaces, at most half a cell from where they are, lie at most error_px pixels off,
 /// m.
 double level_distance(int level, const PixelRays& rays, int height, double error_px);
+
+/// Where faces of cubes are listed in place of being drawn.
+struct ListWhere {
+  uint64_t from = ~uint64_t{0};  // so many of them in the first pass, or twice as many points
+  bool points = false;           // those are listed with them
+};
 
 /// What of the pools to draw from the camera, `rays` being the camera's at the picture's size. Chunks front to back.
 ///
@@ -130,10 +148,7 @@ double level_distance(int level, const PixelRays& rays, int height, double error
 /// seen; those are drawn by a second pass. So each picture is whole whatever was seen before, and pictures that follow
 /// each other draw little that is hidden. Where few faces lie in the frustum, or may_test is false, all are in the
 /// first pass, as runs of records.
-///
-/// list_from: where the first pass has so many faces of cubes, they are listed in place of being drawn.
 void cull(std::span<const CulledPool> pools, const Camera& camera, const PixelRays& rays, double view_distance,
-          bool may_test, uint64_t list_from, DrawList& out, const TakeChunks& take = {});
-constexpr uint64_t kNeverList = ~uint64_t{0};
+          bool may_test, const ListWhere& list, DrawList& out, const TakeChunks& take = {});
 
 }  // namespace render::raster

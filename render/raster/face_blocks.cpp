@@ -49,6 +49,10 @@ bool FaceBlocks::fits(const PassContext& context) const {
          targets.seen.row_bytes >= row * kSeenBytes && targets.seen.row_bytes * targets.extent().height <= range;
 }
 
+BlockRows FaceBlocks::rows(const PassContext& context) const {
+  return {blocks_, blocks_.width * kBlockPixels, static_cast<uint32_t>(context.targets.seen.row_bytes / kSeenBytes)};
+}
+
 uint64_t FaceBlocks::fewest(const PassContext& context) { return count_of(blocks_of(context.targets.extent())); }
 
 world::Status FaceBlocks::fit(PassContext& context) {
@@ -65,8 +69,9 @@ world::Status FaceBlocks::fit(PassContext& context) {
   TRY(block_counts_,
       gpu::make_texel_buffer(context.device, words, VK_FORMAT_R32_UINT, kCleared, gpu::MemoryUse::device));
   TRY(active_, gpu::make_texel_buffer(context.device, words, VK_FORMAT_R32_UINT, kStorage, gpu::MemoryUse::device));
-  TRY(depths_, gpu::make_buffer(context.device, words * kBlockPixels * kBlockPixels,
-                                kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT, gpu::MemoryUse::device));
+  TRY(depths_,
+      gpu::make_texel_buffer(context.device, words * kBlockPixels * kBlockPixels, VK_FORMAT_R32G32B32A32_SFLOAT,
+                             kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT, gpu::MemoryUse::device));
   return {};
 }
 
@@ -117,6 +122,7 @@ world::Status FaceBlocks::prepare(PassContext& context, const Drawing& drawing, 
   bind.bind(kBindFaceItems, item_list_);
   bind.bind(kBindFaceHeads, heads_);
   bind.bind(kBindBlockDepths, depths_);
+  bind.bind(kBindBlockDepthTexels, depths_);
   bind.bind(kBindActiveBlocks, active_);
   bind.bind(kBindTiles, tiles_);
   bind.bind(kBindSeenRows, seen_rows_);
@@ -132,10 +138,9 @@ void FaceBlocks::record_lists(VkCommandBuffer commands, PassContext& context, co
   by.spread.push(commands, room);
   vkCmdDispatchIndirect(commands, heads_.handle, (second ? kSecondItemsHead : kItemsHead) * sizeof(uint32_t));
   memory_barrier(commands, kComputeWrite, kComputeReadWrite | kIndirectRead);
-  const uint32_t rows[] = {of_block_, blocks_.width * kBlockPixels,
-                           static_cast<uint32_t>(context.targets.seen.row_bytes / kSeenBytes)};
+  const BlockRows across = rows(context);
   context.bindings.use(commands, by.blocks);
-  by.blocks.push(commands, rows);
+  by.blocks.push(commands, std::array{of_block_, across.pixels, across.seen_pixels});
   if (second)
     vkCmdDispatchIndirect(commands, heads_.handle, kActiveHead * sizeof(uint32_t));
   else

@@ -12,6 +12,12 @@
 
 namespace render::raster {
 
+/// Of the picture's pixels in buffers.
+struct BlockRows {
+  VkExtent2D blocks;
+  uint32_t pixels, seen_pixels;  // from row to row: of whole blocks; of targets.seen
+};
+
 class FaceBlocks {
  public:
   /// Whether pictures of this size can be drawn so, and the device is one that does it faster.
@@ -33,6 +39,7 @@ class FaceBlocks {
   /// Once the device is done: whether there was room for all of the lists. Else the picture must be drawn again.
   bool finish(PassContext& context, FrameReport& report);
   const gpu::Buffer& tile_depths() const { return tiles_; }
+  BlockRows rows(const PassContext& context) const;
   void rest(PassContext& context);
 
  private:

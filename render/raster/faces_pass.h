@@ -14,6 +14,7 @@
 
 #include <tuple>
 #include "render/raster/shape_table.h"
+#include "render/raster/small_shapes.h"
 
 namespace render::raster {
 
@@ -36,8 +37,9 @@ class FacesPass : public Pass {
 
   std::map<std::tuple<FaceEdges, Drawn, bool, bool, bool, bool>, Pipeline> pipelines_;
   OcclusionTest occlusion_;
-  FaceBlocks blocks_;    // draws faces of cubes in place of pipelines, where the device does it faster
-  Impostors impostors_;  // of what is far, where the knob asks for them
+  FaceBlocks blocks_;         // draws faces of cubes in place of pipelines, where the device does it faster
+  SmallShapes small_shapes_;  // draws points where it does
+  Impostors impostors_;       // of what is far, where the knob asks for them
   const Pipeline* makes_impostors_ = nullptr;
   bool draws_impostors_ = false;
   Billboards billboards_;  // of trees that are far, where the knob asks for them

@@ -82,6 +82,14 @@ SHARED_CONST uint kBindFaceHeads = 51;       // uint[]   how long these lists ar
 SHARED_CONST uint kBindActiveBlocks = 52;    // uint[], or texels: x | y << 16 of those with a list
 SHARED_CONST uint kBindBlockDepths = 53;     // vec4[]   of four pixels; rows of whole blocks
 SHARED_CONST uint kBindSeenRows = 54;        // uvec4[]  seen_image: two pixels
+SHARED_CONST uint kBindListedShapes = 55;    // uvec2 texels: small_shapes.shared.h, as the following but one
+SHARED_CONST uint kBindShapeSetups = 56;     // uvec2[], or texels: a listed shape
+SHARED_CONST uint kBindShapeKeys = 57;       // uint64_t[] rows of whole blocks; or uvec4[] of two pixels
+SHARED_CONST uint kBindShapeKeyTexels = 58;  // uvec4 texels: the same, to be read
+SHARED_CONST uint kBindTouchedBlocks = 59;   // uint[]   1 where shapes may be
+SHARED_CONST uint kBindShapeBlocks = 60;     // uint[], or texels: those, as kBindActiveBlocks
+SHARED_CONST uint kBindShapeHead = 61;       // uint[]   how many, and the dispatch over them
+SHARED_CONST uint kBindBlockDepthTexels = 62;  // vec4 texels: kBindBlockDepths, to be read
 
 /// Codes of voxels, in the grids of blockers and of blocks, from here on: a shape, and the number of its first quad.
 SHARED_CONST uint kShapeCode = 0x8000u;
@@ -121,6 +129,7 @@ SHARED_CONST uint kSpecTrianglesAlone = 14;   // bool: they stand for the voxels
 SHARED_CONST uint kSpecLiquidLevels = 16;     // bool: some faces are of liquids that end within their voxels
 SHARED_CONST uint kSpecSecondFaces = 17;      // bool: faces that the occlusion test has found, into what is drawn
 SHARED_CONST uint kSpecListsFaces = 18;       // bool: the occlusion test lists them for that
+SHARED_CONST uint kSpecShapeTile = 19;        // side of a square of pixels, px: small_shapes.shared.h
 SHARED_CONST uint kSpecSkyModel = 32;         // bool: the sky of a time of day
 SHARED_CONST uint kSpecLuminaires = 33;       // bool
 SHARED_CONST uint kSpecMedia = 34;            // bool

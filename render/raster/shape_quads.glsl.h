@@ -15,14 +15,21 @@ bool lies_within(vec2 on) {
 
 uint faces_of_shape(uint first) { return floatBitsToUint(texelFetch(quads, int(first * kQuadVectors) + 7).w); }
 
-/// Where the line of a ray from the origin meets a face of the shape whose voxel's corner is there; -1e30: nowhere.
-float meet_face(uint face, vec3 corner, vec3 ray) {
+/// What a ray asks of one.
+struct ShapeFace {
+  vec4 along_u, along_v, plane;
+};
+ShapeFace shape_face(uint face) {
   const int at = int(face * kQuadVectors);
-  const vec4 along_u = texelFetch(quads, at + 4), along_v = texelFetch(quads, at + 5),
-             plane = texelFetch(quads, at + 6);
-  const float t = (dot(plane.xyz, corner) + plane.w) / dot(plane.xyz, ray);
+  return ShapeFace(texelFetch(quads, at + 4), texelFetch(quads, at + 5), texelFetch(quads, at + 6));
+}
+
+/// Where the line of a ray from the origin meets a face of the shape whose voxel's corner is there; -1e30: nowhere.
+float meet(const ShapeFace face, vec3 corner, vec3 ray) {
+  const float t = (dot(face.plane.xyz, corner) + face.plane.w) / dot(face.plane.xyz, ray);
   const vec3 place = t * ray - corner;
-  const vec2 on = vec2(dot(place, along_u.xyz), dot(place, along_v.xyz)) - vec2(along_u.w, along_v.w);
+  const vec2 on =
+      vec2(dot(place, face.along_u.xyz), dot(place, face.along_v.xyz)) - vec2(face.along_u.w, face.along_v.w);
   return lies_within(on) ? t : -1e30;
 }
 
@@ -31,7 +38,7 @@ float meet_face(uint face, vec3 corner, vec3 ray) {
 uint nearest_face(uint first, uint faces, vec3 corner, vec3 ray, float least, inout float t) {
   uint nearest = kNoQuad;
   for (uint face = first; face < first + faces; ++face) {
-    const float met = meet_face(face, corner, ray);
+    const float met = meet(shape_face(face), corner, ray);
     if (met > least && met < t) {
       t = met;
       nearest = face;

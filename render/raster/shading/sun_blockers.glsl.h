@@ -46,7 +46,7 @@ uint blocker_at(ivec3 voxel, int region, out int size) {
 bool meets_shape(uint first, vec3 corner, vec3 direction) {
   const uint end = first + faces_of_shape(first);
   for (uint face = first; face < end; ++face)
-    if (meet_face(face, corner, direction) > 1e-3) return true;
+    if (meet(shape_face(face), corner, direction) > 1e-3) return true;
   return false;
 }
 

@@ -344,5 +344,15 @@ TEST(Device, AMissingOptionalFeatureIsNamedAndDoneWithout) {
   EXPECT_EQ((*made)->limits().maxDrawIndirectCount, 1u);
 }
 
+TEST(Device, OnlyAProcessorIsAskedForAtomicNumbersOf64Bits) {
+  const auto with = Device::make({.validation = true}),
+             without = Device::make({.validation = true, .without = {"shaderBufferInt64Atomics"}});
+  ASSERT_TRUE(with.ok() && without.ok());
+  const bool asked = (*with)->is_processor();
+  EXPECT_FALSE((*with)->has_atomic64() && !asked);
+  EXPECT_FALSE((*without)->has_atomic64());
+  EXPECT_EQ((*without)->warnings().size(), (*with)->warnings().size() + ((*with)->has_atomic64() ? 1 : 0));
+}
+
 }  // namespace
 }  // namespace render::gpu
