@@ -6,6 +6,7 @@
 #include "render/raster/face_blocks.shared.h"
 #define EDGES_OF_FACES
 #include "render/raster/rectangle_edges.glsl.h"
+#include "render/raster/block_rows.glsl.h"
 
 layout(constant_id = kSpecSecondFaces) const bool kSecondFaces = false;
 layout(constant_id = kSpecBlends) const bool kBlends = false;
@@ -20,10 +21,9 @@ layout(binding = kBindBlockDepths, std430) buffer Depths { vec4 depths[]; };
 layout(binding = kBindTiles, std430) buffer Tiles { uint tiles[]; };
 layout(binding = kBindSeenRows, std430) buffer SeenRows { uvec4 seen_rows[]; };
 
-/// Edges, depth, and what a pixel that sees it sees.
+/// And what a pixel that sees it sees.
 struct Face {
-  vec4 constant, step_x, step_y, least;
-  vec3 depth;
+  RowFace rows;
   uint detail;
   uvec2 seen;
 };
@@ -36,18 +36,9 @@ struct Four {
   vec4 threshold;     // of blends, in 255ths
 };
 
-bvec4 both(bvec4 a, bvec4 b) { return bvec4(a.x && b.x, a.y && b.y, a.z && b.z, a.w && b.w); }
-bvec4 either(bvec4 a, bvec4 b) { return bvec4(a.x || b.x, a.y || b.y, a.z || b.z, a.w || b.w); }
-
-bvec4 within(const Four four, float y, const Face face, int edge) {
-  precise const vec4 number = face.constant[edge] + four.x * face.step_x[edge] + y * face.step_y[edge];
-  return greaterThan(number, vec4(face.least[edge]));
-}
-
 void draw(inout Four four, float y, const Face face) {
-  bvec4 shown = both(both(within(four, y, face, 0), within(four, y, face, 1)),
-                     both(within(four, y, face, 2), within(four, y, face, 3)));
-  const vec4 depth = face.depth.x + four.x * face.depth.y + y * face.depth.z;
+  bvec4 shown = within_edges(face.rows, four.x, y);
+  const vec4 depth = depths_on(face.rows, four.x, y);
   shown = both(shown, either(greaterThan(depth, four.depth),
                              both(equal(depth, four.depth), greaterThan(uvec4(face.seen.x), four.seen))));
   if (kBlends)
@@ -85,19 +76,7 @@ float least_of(vec4 v) { return min(min(v.x, v.y), min(v.z, v.w)); }
 Face face_of(uint number) {
   const uvec4 setup = texelFetch(setups, int(kSetupTexels * number));
   const vec4 rectangle = uintBitsToFloat(texelFetch(setups, int(kSetupTexels * number) + 1));
-  const int axis = int(seen_face(setup.x)) >> 1, u = axis == 2 ? 1 : 2, v = axis == 0 ? 1 : 0;
-  const float offset = uintBitsToFloat(setup.w);
-  Face face;
-  vec4 margin;
-  edges_moved(offset, rectangle, margin);
-  face.constant = edges_of(offset, rectangle, picture.corner[axis], picture.corner[u], picture.corner[v]) - margin;
-  face.step_x = edges_of(offset, rectangle, picture.step_x[axis], picture.step_x[u], picture.step_x[v]);
-  face.step_y = edges_of(offset, rectangle, picture.step_y[axis], picture.step_y[u], picture.step_y[v]);
-  face.least = least_within(setup.z);
-  face.depth = picture.fraction.w / offset * vec3(picture.corner[axis], picture.step_x[axis], picture.step_y[axis]);
-  face.detail = setup.z;
-  face.seen = setup.xy;
-  return face;
+  return Face(row_face(int(seen_face(setup.x)) >> 1, setup, rectangle), setup.z, setup.xy);
 }
 
 void main() {
@@ -117,11 +96,15 @@ void main() {
   Four left = four_at(pixel), right = four_at(pixel + uvec2(4, 0));
   const float y = float(pixel.y) + 0.5;
   const uint count = min(texelFetch(block_counts, int(block)).x, of_block);
-  for (uint i = 0u; i < count; ++i) {
-    const Face face = face_of(texelFetch(block_faces, int(block * of_block + i)).x);
-    draw(left, y, face);
-    draw(right, y, face);
-  }
+  // Left at its end: software runs a loop's body to the end once more after a `break` before that. All of a block's rows
+  // leave it at once.
+  if (count > 0u)
+    for (uint i = 0u;;) {
+      const Face face = face_of(texelFetch(block_faces, int(block * of_block + i)).x);
+      draw(left, y, face);
+      draw(right, y, face);
+      if (++i >= count) break;
+    }
   keep(left, pixel);
   keep(right, pixel + uvec2(4, 0));
   if (!kSecondFaces) {

@@ -7,6 +7,7 @@
 #include "face_blocks.comp.spv.h"
 #include "face_setup.comp.spv.h"
 #include "face_spread.comp.spv.h"
+#include "render/raster/block_lists.h"
 
 namespace render::raster {
 
@@ -19,23 +20,6 @@ constexpr uint32_t kFewestFaces = 16384;  // that there is room for
 constexpr uint64_t kUneven = 16;
 constexpr uint32_t kFewestOfBlock = 64, kMostAtFirst = 1024;
 constexpr uint64_t kSeenBytes = 2 * sizeof(uint32_t);
-
-uint32_t groups_of(uint32_t elements, uint32_t group) { return (elements + group - 1) / group; }
-
-VkExtent2D blocks_of(VkExtent2D picture) {
-  return {groups_of(picture.width, kBlockPixels), groups_of(picture.height, kBlockPixels)};
-}
-
-uint64_t count_of(VkExtent2D blocks) { return uint64_t{blocks.width} * blocks.height; }
-
-bool same_extent(VkExtent2D a, VkExtent2D b) { return a.width == b.width && a.height == b.height; }
-
-/// Makes a buffer of texels that dispatches write, where it is too small.
-world::Status fit_texels(PassContext& context, gpu::Buffer& buffer, VkFormat format, uint64_t bytes) {
-  if (buffer.handle && buffer.size >= bytes) return {};
-  TRY(buffer, gpu::make_texel_buffer(context.device, bytes, format, kStorage, gpu::MemoryUse::device));
-  return {};
-}
 
 }  // namespace
 
@@ -216,9 +200,9 @@ bool FaceBlocks::finish(PassContext& context, FrameReport& report) {
 
 void FaceBlocks::rest(PassContext& context) {
   if (!heads_.handle) return;
-  // The occlusion test names them, whether it lists faces or not.
-  context.bindings.forget(kBindListedFaces);
-  context.bindings.forget(kBindFaceHeads);
+  // The occlusion test and layers name them, whether faces are listed or not.
+  for (const uint32_t binding : {kBindListedFaces, kBindFaceHeads, kBindFaceSetups, kBindBlockFaces, kBindBlockCounts})
+    context.bindings.forget(binding);
   for (gpu::Buffer* buffer : buffers()) *buffer = {};
   seen_rows_ = {};
   blocks_ = {};

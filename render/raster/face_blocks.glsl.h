@@ -2,10 +2,12 @@
 #ifndef LOAM_RENDER_RASTER_FACE_BLOCKS_GLSL_H
 #define LOAM_RENDER_RASTER_FACE_BLOCKS_GLSL_H
 #include "render/raster/face_blocks.shared.h"
+#include "render/raster/transparency.shared.h"
 #define EDGES_OF_FACES
 #include "render/raster/rectangle_edges.glsl.h"
 
 layout(constant_id = kSpecSecondFaces) const bool kSecondFaces = false;
+layout(constant_id = kSpecLayerBlocks) const bool kLayerBlocks = false;
 layout(binding = kBindBlockCounts, std430) buffer BlockCounts { uint block_counts[]; };
 layout(binding = kBindBlockFaces, std430) writeonly buffer BlockFaces { uint block_faces[]; };
 layout(binding = kBindFaceHeads, std430) buffer Heads { uint heads[]; };
@@ -26,7 +28,8 @@ void list_in_block(uvec2 block, uint face, uint room) {
     block_faces[at * room + place] = face;
   else
     atomicMax(heads[kLongestHead + 3u], place + 1u);
-  if (kSecondFaces && place == 0u) active_blocks[take_place(kActiveHead, kBlocksInGroup)] = block.x | block.y << 16;
+  if ((kSecondFaces || kLayerBlocks) && place == 0u)
+    active_blocks[take_place(kActiveHead, kBlocksInGroup)] = block.x | block.y << 16;
 }
 
 /// Whether pixels of a square may lie within the edges: the corner that is farthest within of each does. Sums are made

@@ -56,7 +56,9 @@ void main() {
   }
   if (i >= count || number >= range.faces) return;
   const uvec2 listed = texelFetch(listed_faces, int(range.first_listed + i)).xy;
-  const PlacedFace face = place_face(texelFetch(faces, int(listed.x)).xy, texelFetch(chunks, int(listed.y)));
+  const uvec2 record = texelFetch(faces, int(listed.x)).xy;
+  const ivec4 chunk = texelFetch(chunks, int(listed.y));
+  const PlacedFace face = kLayerBlocks ? place_layer(record, chunk) : place_face(record, chunk);
   if (face.away) return;
   const RectangleEdges edges =
       rectangle_edges(face.axis, face.u, face.v, face.offset, vec4(face.low, face.high));

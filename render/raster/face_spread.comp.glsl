@@ -17,7 +17,8 @@ void main() {
     const uvec4 item = texelFetch(face_items, int(place));
     const uvec2 low = uvec2(item.y & 0xffffu, item.y >> 16), high = uvec2(item.z & 0xffffu, item.z >> 16);
     const uvec4 face = texelFetch(setups, int(kSetupTexels * item.x));
-    const int axis = int(seen_face(face.x)) >> 1, u = axis == 2 ? 1 : 2, v = axis == 0 ? 1 : 0;
+    const int axis = int(kLayerBlocks ? interface_axis(face.x) : seen_face(face.x) >> 1);
+    const int u = axis == 2 ? 1 : 2, v = axis == 0 ? 1 : 0;
     const RectangleEdges edges = rectangle_edges(axis, u, v, uintBitsToFloat(face.w),
                                                  uintBitsToFloat(texelFetch(setups, int(kSetupTexels * item.x) + 1)));
     uvec2 block = uvec2(low.x + gl_LocalInvocationID.x, low.y);

@@ -21,6 +21,6 @@ void main() {
   if (tile >= across.x * across.y || tile_marks[tile] == 0u) return;
   tile_marks[tile] = 0u;
   const uint at = atomicAdd(tile_list.listed, 1u);
-  tiles[at] = tile % across.x | tile / across.x << 16;
+  tiles[at] = listed_tile(tile % across.x, tile / across.x, 0u);
   atomicAdd(tile_slices[kSliceWords * (at / tile_list.slice_groups)], 1u);
 }

@@ -3,6 +3,7 @@
 #define LOAM_RENDER_RASTER_PLACED_FACE_GLSL_H
 #include "render/extract/face_record.shared.h"
 #include "render/raster/face_vertex.glsl.h"
+#include "render/raster/transparency.shared.h"
 
 layout(constant_id = kSpecLiquidLevels) const bool kLiquidLevels = false;
 
@@ -11,7 +12,7 @@ struct PlacedFace {
   int axis, u, v;  // its plane's, and those in it
   float offset;    // of its plane
   vec2 low, high;  // its extent along u and v
-  uvec3 seen;      // as seen_image; the chunk's detail
+  uvec3 seen;      // as seen_image, or of a layer packed interface and plane; the chunk's detail
   bool away;       // it looks away
 };
 
@@ -39,6 +40,27 @@ PlacedFace place_face(uvec2 record, ivec4 chunk) {
       fraction;
   if (kLiquidLevels && face_is_part(record.x))
     face_extent(record.x, record.y, upper, voxel[u], voxel[v], fraction, placed.low, placed.high);
+  const vec2 rest = vec2(picture.fraction_rest[u], picture.fraction_rest[v]);
+  placed.low -= rest, placed.high -= rest;
+  return placed;
+}
+
+/// Of a face between see-through blocks: both sides are seen.
+PlacedFace place_layer(uvec2 record, ivec4 chunk) {
+  PlacedFace placed;
+  const int face = int(face_direction(record.y));
+  const int axis = face >> 1, u = axis == 2 ? 1 : 2, v = axis == 0 ? 1 : 0;
+  const ivec3 voxel = chunk.xyz + ivec3(face_voxel(record.x));
+  const int plane = voxel[axis] + (face & 1);
+  const uint upper = see_through_part_upper(record.y), level = face == 3 ? upper : 0u;
+  placed.axis = axis, placed.u = u, placed.v = v;
+  placed.offset = float(plane) - level_drop(level) - picture.fraction[axis] - picture.fraction_rest[axis];
+  placed.seen = uvec3(
+      packed_interface(see_through_kind(record.y), uint(face), see_through_beyond(record.y), level), uint(plane), 0u);
+  placed.away = false;
+
+  const vec2 fraction = vec2(picture.fraction[u], picture.fraction[v]);
+  face_extent(record.x, record.y, upper, voxel[u], voxel[v], fraction, placed.low, placed.high);
   const vec2 rest = vec2(picture.fraction_rest[u], picture.fraction_rest[v]);
   placed.low -= rest, placed.high -= rest;
   return placed;

@@ -8,6 +8,7 @@
 #include "render/see_through.shared.h"
 
 layout(constant_id = kSpecLayerMatte) const bool kLayerMatte = true;
+layout(constant_id = kSpecLayerEmits) const bool kLayerEmits = true;
 layout(constant_id = kSpecShapes) const bool kShapes = false;
 layout(constant_id = kSpecEyeInAir) const bool kEyeInAir = false;
 layout(binding = kBindLayerBlocks) uniform usamplerBuffer layer_blocks;
@@ -18,9 +19,9 @@ SeeThroughBlock layer_block(uint kind) {
   const int at = kLayerBlockTexels * int(kind);
   SeeThroughBlock b;
   b.absorption = uintBitsToFloat(texelFetch(layer_blocks, at));
-  b.matte = uintBitsToFloat(texelFetch(layer_blocks, at + 1));
+  b.matte = kLayerMatte ? uintBitsToFloat(texelFetch(layer_blocks, at + 1)) : vec4(0);  // a dielectric
   b.transmission = uintBitsToFloat(texelFetch(layer_blocks, at + 2));
-  b.emitted = uintBitsToFloat(texelFetch(layer_blocks, at + 3));
+  b.emitted = kLayerMatte || kLayerEmits ? uintBitsToFloat(texelFetch(layer_blocks, at + 3)) : vec4(0);
   b.block = ivec4(texelFetch(layer_blocks, at + 4));
   return b;
 }

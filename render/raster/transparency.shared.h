@@ -31,10 +31,12 @@ SHARED_CONST uint kBindMirrored = 79;        // float[]  planar: the picture fro
 
 SHARED_CONST uint kBindLayerSorted = 80;  // uvec4[]  sorted: the two words of a record, and its chunk
 
-SHARED_CONST uint kBindLayerTiles = 81;      // uint[], or texels: lists: x | y << 16 of the tiles that have a layer
+SHARED_CONST uint kBindLayerTiles = 81;      // uint[], or texels: lists: listed_tile() of those that have a layer
 SHARED_CONST uint kBindLayerDispatch = 82;   // uint[]   lists: the dispatches over them: ListHead, slices
 SHARED_CONST uint kBindLayerTileMarks = 83;  // uint[]   lists: 1 where a tile has a layer; 0 between pictures
 SHARED_CONST uint kBindLayerOwnNodes = 84;   // texture  lists: a pixel's own node: packed interface, plane
+SHARED_CONST uint kBindLayerMasks = 85;      // uvec4[], or uint texels: layer_blocks.h: of a pixel a bit for each layer
+                                             //          that its block lists, 1 where it sees that
 
 SHARED_CONST int kLayerBlockTexels = 5;  // of a SeeThroughBlock
 
@@ -55,6 +57,8 @@ SHARED_CONST uint kSpecBodies = 71;       // bool: the depth image says more tha
 SHARED_CONST uint kSpecListedTiles = 72;  // bool: lists: of the tiles that have a layer, else of all
 SHARED_CONST uint kSpecEyeInAir = 73;     // bool: the eye is known to be in air
 SHARED_CONST uint kSpecShapeCodes = 74;   // bool: the grid of blocks says where shapes stand: kShapeCode
+SHARED_CONST uint kSpecLayerEmits = 76;   // bool: the world holds see-through blocks that emit
+SHARED_CONST uint kSpecLayerBlocks = 75;  // bool: layers are listed by block of pixels, not by pixel: layer_blocks.h
 SHARED_CONST uint kRefractionNone = 0u, kRefractionScreen = 1u, kRefractionTraced = 2u;
 SHARED_CONST uint kReflectionNone = 0u, kReflectionScreen = 1u, kReflectionPlanar = 2u, kReflectionTraced = 3u;
 
@@ -76,6 +80,16 @@ SHARED uint packed_interface(uint owner, uint face, uint beyond, uint level) {
   return owner | face << 13u | beyond << 16u | level << 28u;
 }
 SHARED uint interface_level(uint packed) { return packed >> 28u; }
+SHARED uint interface_axis(uint packed) { return packed >> 14u & 3u; }
+
+/// Layers of a block a word of its pixels' masks has. Of masks: block by block, word by word, row by row of pixels.
+SHARED_CONST uint kMaskLayers = 32u;
+/// In the count of a block's layers, once some pixel has found one that it sees.
+SHARED_CONST uint kBlockIsSeen = 0x80000000u;
+
+/// A tile of 8 x 8 pixels, and how many words its masks have.
+SHARED_CONST uint kTileBits = 12u, kMostWords = 255u;
+SHARED uint listed_tile(uint x, uint y, uint words) { return x | y << kTileBits | words << 2u * kTileBits; }
 
 /// Place of a tile of 8 x 8 pixels in kBindLayerTileMarks.
 SHARED int tile_place(int x, int y, int pixels_a_row) { return y * ((pixels_a_row + 7) >> 3) + x; }

@@ -12,6 +12,7 @@ std::vector<Constant> layer_constants(const Drawing& drawing, const LayerDraws& 
   std::vector<Constant> all = shading_constants(drawing);
   all.push_back({kSpecExactEdges, drawing.knobs.face_edges == FaceEdges::exact});
   all.push_back({kSpecLayerMatte, draws.matte});
+  all.push_back({kSpecLayerEmits, draws.emits});
   all.push_back({kSpecBodies, !drawing.inhabitants.bodies.empty()});
   all.push_back({kSpecShapes, !drawing.shapes.chunks().empty()});
   all.push_back({kSpecShapeCodes, draws.shape_codes});
@@ -238,7 +239,12 @@ world::Status TransparencyPass::prepare(PassContext& context, const Drawing& dra
   cull(drawing);
   draws_.pool = &pool_;
   draws_.indices = &indices_;
-  draws_.matte = kinds_->calls_for_matte(drawing.view.store().census());
+  const world::Census census = drawing.view.store().census();
+  draws_.matte = kinds_->calls_for_matte(census);
+  draws_.emits = std::any_of(census.begin(), census.end(), [&](const auto& row) {
+    const vec4& emitted = kinds_->of(row.first).emitted;
+    return emitted.x != 0 || emitted.y != 0 || emitted.z != 0;
+  });
 
   if (ordered_by_ != drawing.knobs.transparency || !order_) {
     order_ = drawing.knobs.transparency == Transparency::weighted ? make_weighted_order()
@@ -254,8 +260,8 @@ world::Status TransparencyPass::prepare(PassContext& context, const Drawing& dra
   static_assert(sizeof blocks[0] == kLayerBlockTexels * sizeof(vec4));
   TRY_STATUS(
       context.fill_texels(blocks_, VK_FORMAT_R32G32B32A32_UINT, blocks.data(), blocks.size() * sizeof blocks[0]));
-  TRY_STATUS(context.fill(chunks_, draws_.chunks.data(), draws_.chunks.size() * sizeof(ivec4),
-                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
+  TRY_STATUS(context.fill_texels(chunks_, VK_FORMAT_R32G32B32A32_SINT, draws_.chunks.data(),
+                                 draws_.chunks.size() * sizeof(ivec4)));
   LayerConstants constants{};
   const world::WorldPoint& eye = drawing.camera.position;
   constants.eye.x = levels_.above_surface(eye) ? 0 : kinds_->kind(drawing.view.store().get(eye.voxel));
@@ -263,8 +269,8 @@ world::Status TransparencyPass::prepare(PassContext& context, const Drawing& dra
   constants.mirror.x = -1;
   any_ = !draws_.runs.empty() || constants.eye.x != 0 || drawing.knobs.reflection != Reflection::none;
   // The vertex shader names both ways to read records; an order binds what it draws.
-  context.bindings.bind(kBindLayerFaces, chunks_);
-  context.bindings.bind(kBindLayerSorted, chunks_);
+  context.bindings.unbind(kBindLayerFaces);
+  context.bindings.unbind(kBindLayerSorted);
   TRY_STATUS(follow_blocks(context, drawing, dirty, constants));
   TRY_STATUS(order_->prepare(context, drawing, draws_, constants));
   TRY_STATUS(context.fill(constants_, &constants, sizeof constants, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT));

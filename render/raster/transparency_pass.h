@@ -24,6 +24,7 @@ struct LayerDraws {
   const gpu::Buffer* indices = nullptr;
   uint64_t faces = 0;
   bool matte = false;        // the world holds sheets or partial coverage, which are lit
+  bool emits = false;        // or see-through blocks that emit
   bool shape_codes = false;  // the grid of blocks says where shapes stand
   bool eye_in_air = false;   // known so; where pictures of mirrors take turns with it, it isn't
 
