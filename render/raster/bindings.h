@@ -33,6 +33,7 @@ class Bindings {
 
   /// What was bound is no more.
   void forget(uint32_t binding) { bound_.erase(binding); }
+  void forget_all() { bound_.clear(); }
 
   /// Binds the pipeline and a set of what is bound now. A buffer or storage image that nobody has bound is an empty
   /// one, as is a buffer of texels (of floats); any other image without a binding is a bug.

@@ -370,8 +370,10 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
   if (!bare && uint64_t(std::max(width, 1)) * uint64_t(std::max(height, 1)) * sizeof(vec4) <= range)
     needs.colour = true;
   const VkFormat depth = depth_format(knobs.depth_format);
-  if (depth != targets_.depth_format)
+  if (depth != targets_.depth_format) {
     for (Stage& stage : stages_) stage.pass.reset(), stage.fits = false;  // their pipelines are for the other format
+    bindings_.forget_all();
+  }
   TRY_STATUS(fit_targets(width, height, needs, depth));
   TRY_STATUS(bindings_.begin_picture());
   TRY_STATUS(bind_shared(drawing));

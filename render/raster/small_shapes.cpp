@@ -1,11 +1,11 @@
 #include "render/raster/small_shapes.h"
 
-#include <algorithm>
 #include <bit>
 
 #include "shape_blocks.comp.spv.h"
 #include "shape_keys.comp.spv.h"
 #include "shape_pixels.comp.spv.h"
+#include "render/raster/block_lists.h"
 
 namespace render::raster {
 
@@ -22,8 +22,6 @@ constexpr double kSmallTile = 3.4;
 
 static_assert(world::kMostProxyParts * world::kFaces <= 1u << kShapeFaceBits);
 static_assert(kMostListed <= kMostShapes);
-
-uint32_t groups_of(size_t elements, uint32_t group) { return (static_cast<uint32_t>(elements) + group - 1) / group; }
 
 uint64_t pixels_of(const BlockRows& rows) { return uint64_t{rows.pixels} * rows.blocks.height * kBlockPixels; }
 
@@ -50,10 +48,10 @@ world::Result<const SmallShapes::Pipelines*> SmallShapes::pipelines(PassContext&
 }
 
 world::Status SmallShapes::fit(PassContext& context, const BlockRows& rows) {
-  const bool same = rows_.blocks.width == rows.blocks.width && rows_.blocks.height == rows.blocks.height;
+  const bool same = same_extent(rows_.blocks, rows.blocks);
   rows_ = rows;
   if (same && keys_.handle) return {};
-  const uint64_t bytes = uint64_t{rows.blocks.width} * rows.blocks.height * sizeof(uint32_t);
+  const uint64_t bytes = count_of(rows.blocks) * sizeof(uint32_t);
   TRY(keys_, gpu::make_texel_buffer(context.device, pixels_of(rows) * sizeof(uint64_t), VK_FORMAT_R32G32B32A32_UINT,
                                     kCleared, gpu::MemoryUse::device));
   TRY(touched_, gpu::make_buffer(context.device, bytes, kCleared, gpu::MemoryUse::device));
@@ -88,10 +86,7 @@ world::Status SmallShapes::prepare(PassContext& context, const Drawing& drawing,
   TRY_STATUS(fit(context, rows));
   TRY(by_, pipelines(context, list.blends));
   TRY_STATUS(context.fill_texels(listed_, VK_FORMAT_R32G32_UINT, shapes_.data(), shapes_.size() * sizeof(ListedFace)));
-  if (const uint64_t bytes = std::bit_ceil(shapes_.size()) * 2 * sizeof(uint32_t); setups_.size < bytes) {
-    TRY(setups_,
-        gpu::make_texel_buffer(context.device, bytes, VK_FORMAT_R32G32_UINT, kStorage, gpu::MemoryUse::device));
-  }
+  TRY_STATUS(fit_texels(context, setups_, VK_FORMAT_R32G32_UINT, std::bit_ceil(shapes_.size()) * 2 * sizeof(uint32_t)));
   const std::array<uint32_t, kHeadWords> head{0, 1, 1, 0};
   TRY_STATUS(context.fill(head_, head.data(), sizeof head, kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT));
   Bindings& bind = context.bindings;
@@ -122,7 +117,7 @@ void SmallShapes::record(VkCommandBuffer commands, PassContext& context, std::sp
     vkCmdDispatch(commands, groups_of(range.count, kShapesInGroup), 1, 1);
   }
   memory_barrier(commands, kComputeWrite, kComputeReadWrite);
-  const uint32_t blocks = rows_.blocks.width * rows_.blocks.height;
+  const auto blocks = static_cast<uint32_t>(count_of(rows_.blocks));
   context.bindings.use(commands, by_->blocks);
   by_->blocks.push(commands, std::array{blocks, rows_.blocks.width});
   vkCmdDispatch(commands, groups_of(blocks, kMarksInGroup), 1, 1);

@@ -10,6 +10,7 @@
 #include "render/raster/raster.h"
 #include "render/raster/rasterizer.h"
 #include "tests/render/raster/compare_pictures.h"
+#include "tests/render/raster/lists_and_draws.h"
 #include "tests/render/raster/see_through_worlds.h"
 
 namespace render {
@@ -17,36 +18,12 @@ namespace {
 
 uint64_t layers_listed(const Frame& frame) { return work(frame, "layers_listed"); }
 
-class LayerBlocks : public testing::Test {
+class LayerBlocks : public ListsAndDraws {
  protected:
-  void SetUp() override {
-    for (auto* backend : {&lists_, &draws_}) {
-      auto made = make_raster({.validation = true});
-      ASSERT_TRUE(made.ok()) << made.error().message;
-      *backend = std::move(*made);
-    }
-    draws_->rasterizer().may_list_faces = false;
-    if (!lists_->rasterizer().device().is_processor()) GTEST_SKIP() << "this device draws all layers by pipelines";
-  }
-  void TearDown() override {
-    for (const auto* backend : {&lists_, &draws_})
-      if (*backend) {
-        EXPECT_EQ((*backend)->messages(), std::vector<std::string>{});
-      }
-  }
-  /// Twice, as what the first picture saw tells how the second is drawn.
   void expect_equal(const world::World& w, const Camera& camera, const RenderKnobs& knobs, int width, int height,
                     const std::string& what) {
-    for (int picture = 0; picture < 2; ++picture) {
-      const Frame listed = draw(*lists_, w, camera, knobs, width, height);
-      const Frame drawn = draw(*draws_, w, camera, knobs, width, height);
-      EXPECT_GT(layers_listed(listed), 0u) << what;
-      EXPECT_EQ(layers_listed(drawn), 0u) << what;
-      EXPECT_TRUE(same(listed.image, drawn.image)) << what << ", picture " << picture;
-    }
+    ListsAndDraws::expect_equal(w, camera, knobs, knobs, width, height, "layers_listed", what);
   }
-
-  std::unique_ptr<RasterBackend> lists_, draws_;
 };
 
 TEST_F(LayerBlocks, ShowWhatPipelinesShow) {

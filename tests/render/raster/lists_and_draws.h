@@ -1,5 +1,5 @@
-/// Two rasterizers: one that draws faces of cubes and small shapes by dispatches where the device does that faster, and
-/// one that draws all by pipelines.
+/// Two rasterizers: one that draws faces of cubes, small shapes and layers by dispatches where the device does that
+/// faster, and one that draws all by pipelines.
 #pragma once
 
 #include <memory>
