@@ -4,7 +4,7 @@
 #include "render/raster/small_shapes.shared.h"
 
 layout(local_size_x = kBlockPixels, local_size_y = kBlocksInGroup) in;
-layout(push_constant) uniform Rows { uint row_pixels, seen_row_pixels; };
+layout(push_constant) uniform Rows { uint row_pixels, seen_row_pixels, height; };
 layout(binding = kBindShapeSetups) uniform usamplerBuffer setups;
 layout(binding = kBindShapeKeys, std430) writeonly buffer Keys { uvec4 keys[]; };
 layout(binding = kBindShapeKeyTexels) uniform usamplerBuffer key_texels;
@@ -28,6 +28,7 @@ void main() {
   if (at >= head[3]) return;
   const uint packed = texelFetch(blocks, int(at)).x;
   const uvec2 first = uvec2(packed & 0xffffu, packed >> 16) * kBlockPixels + uvec2(0, gl_LocalInvocationID.x);
+  if (first.y >= height) return;
   const uint place = first.y * row_pixels + first.x;
   for (uint four = 0u; four < kBlockPixels; four += 4u) {
     const uint two = (place + four) / 2u;

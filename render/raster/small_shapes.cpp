@@ -123,7 +123,7 @@ void SmallShapes::record(VkCommandBuffer commands, PassContext& context, std::sp
   vkCmdDispatch(commands, groups_of(blocks, kMarksInGroup), 1, 1);
   memory_barrier(commands, kComputeWrite, kComputeReadWrite | kIndirectRead);
   context.bindings.use(commands, by_->pixels);
-  by_->pixels.push(commands, std::array{rows_.pixels, rows_.seen_pixels});
+  by_->pixels.push(commands, std::array{rows_.pixels, rows_.seen_pixels, context.targets.extent().height});
   vkCmdDispatchIndirect(commands, head_.handle, 0);
 }
 

@@ -14,9 +14,9 @@
 namespace render {
 namespace {
 
-/// A scene that has most of what the rasterizer draws; all of them, some minutes, where LOAM_GPU_ASSISTED is set.
+/// Scenes that have most of what the rasterizer draws; all of them, some minutes, where LOAM_GPU_ASSISTED is set.
 std::vector<std::string> asked_scenes() {
-  return std::getenv("LOAM_GPU_ASSISTED") ? world::scene_names() : std::vector<std::string>{"valley"};
+  return std::getenv("LOAM_GPU_ASSISTED") ? world::scene_names() : std::vector<std::string>{"valley", "far_lands"};
 }
 
 TEST(HardCaseR15, PicturesStayWithinTheirBuffers) {
