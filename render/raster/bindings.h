@@ -18,8 +18,6 @@ class Bindings {
 
   void bind(uint32_t binding, const gpu::Buffer& buffer, VkDeviceSize first = 0, VkDeviceSize bytes = VK_WHOLE_SIZE);
   void bind(uint32_t binding, const gpu::DeviceImage& image, VkSampler sampler = VK_NULL_HANDLE);
-  /// What was bound goes away: shaders that declare the number get an empty buffer or storage image.
-  void unbind(uint32_t binding) { bound_.erase(binding); }
 
   /// For a pass that binds something else for a while: what is bound, to be bound again.
   struct Bound {
@@ -31,7 +29,7 @@ class Bindings {
   Bound bound(uint32_t binding) { return bound_[binding]; }
   void bind(uint32_t binding, const Bound& again) { bound_[binding] = again; }
 
-  /// What was bound is no more.
+  /// What was bound is no more: shaders that declare the number get an empty buffer or storage image.
   void forget(uint32_t binding) { bound_.erase(binding); }
   void forget_all() { bound_.clear(); }
 

@@ -35,7 +35,7 @@ world::Status BodiesPass::prepare(PassContext& context, const Drawing& drawing, 
   if (count_)
     context.bindings.bind(kBindBoxes, boxes_, 0, count_ * sizeof(shared::DrawnBox));
   else
-    context.bindings.unbind(kBindBoxes);
+    context.bindings.forget(kBindBoxes);
   return {};
 }
 

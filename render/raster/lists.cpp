@@ -76,7 +76,7 @@ class ListOrder : public LayerOrder {
     copies_ = drawing.knobs.refraction == Refraction::screen || drawing.knobs.reflection == Reflection::screen;
     if (!copies_) {
       behind_ = {};
-      context.bindings.unbind(kBindBehind);
+      context.bindings.forget(kBindBehind);
     } else if (!behind_.handle) {
       TRY(behind_,
           gpu::make_image(context.device, context.targets.extent(), kColourFormat,
@@ -87,7 +87,7 @@ class ListOrder : public LayerOrder {
     context.bindings.bind(kBindLayerTiles, tiles_);
     if (by_block_) {
       for (const uint32_t binding : {kBindLayerHeads, kBindLayerNodes, kBindLayerCount, kBindLayerTileMarks})
-        context.bindings.unbind(binding);
+        context.bindings.forget(binding);
       context.bindings.bind(kBindLayerOwnNodes, context.targets.seen);  // named there, and not read
     } else {
       context.bindings.bind(kBindLayerHeads, heads_);
@@ -210,7 +210,7 @@ class ListOrder : public LayerOrder {
     const MirrorPicture* mirror = drawing.mirrored;
     if (!mirror) {
       mirrored_ = {};
-      context.bindings.unbind(kBindMirrored);
+      context.bindings.forget(kBindMirrored);
       return {};
     }
     TRY_STATUS(context.fill(mirrored_, mirror->image.pixels.data(), mirror->image.pixels.size() * sizeof(Rgb),

@@ -219,7 +219,7 @@ world::Status Rasterizer::bind_shared(const Drawing& drawing) {
   bindings_.bind(kBindSeen, targets_.seen);
   bindings_.bind(kBindDepth, targets_.depth);
   // What the other way of reading back had bound is gone with its targets.
-  bindings_.unbind(targets_.colour.handle ? kBindRadiance : kBindColour);
+  bindings_.forget(targets_.colour.handle ? kBindRadiance : kBindColour);
   if (targets_.colour.handle) bindings_.bind(kBindColour, targets_.colour);
   return {};
 }

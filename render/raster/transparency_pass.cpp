@@ -133,7 +133,7 @@ world::Status TransparencyPass::follow_blocks(PassContext& context, const Drawin
     grid_.clear();
     grid_store_ = 0;
     for (const uint32_t binding : {kBindBlockRegions, kBindBlockLeaves, kBindBlockIds})
-      context.bindings.unbind(binding);
+      context.bindings.forget(binding);
     return {};
   }
   // What runs straight ends where the block does, with a shape there or not.
@@ -269,8 +269,8 @@ world::Status TransparencyPass::prepare(PassContext& context, const Drawing& dra
   constants.mirror.x = -1;
   any_ = !draws_.runs.empty() || constants.eye.x != 0 || drawing.knobs.reflection != Reflection::none;
   // The vertex shader names both ways to read records; an order binds what it draws.
-  context.bindings.unbind(kBindLayerFaces);
-  context.bindings.unbind(kBindLayerSorted);
+  context.bindings.forget(kBindLayerFaces);
+  context.bindings.forget(kBindLayerSorted);
   TRY_STATUS(follow_blocks(context, drawing, dirty, constants));
   TRY_STATUS(order_->prepare(context, drawing, draws_, constants));
   TRY_STATUS(context.fill(constants_, &constants, sizeof constants, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT));
