@@ -37,8 +37,6 @@ bvec4 within_edges(const RowFace face, vec4 x, float y) {
               both(within_edge(face, x, y, 2), within_edge(face, x, y, 3)));
 }
 /// Reversed.
-vec4 depths_on(const RowFace face, vec4 x, float y) {
-  return face.depth.x + x * face.depth.y + y * face.depth.z;
-}
+vec4 depths_on(const RowFace face, vec4 x, float y) { return face.depth.x + x * face.depth.y + y * face.depth.z; }
 
 #endif

@@ -55,8 +55,8 @@ PlacedFace place_layer(uvec2 record, ivec4 chunk) {
   const uint upper = see_through_part_upper(record.y), level = face == 3 ? upper : 0u;
   placed.axis = axis, placed.u = u, placed.v = v;
   placed.offset = float(plane) - level_drop(level) - picture.fraction[axis] - picture.fraction_rest[axis];
-  placed.seen = uvec3(
-      packed_interface(see_through_kind(record.y), uint(face), see_through_beyond(record.y), level), uint(plane), 0u);
+  placed.seen = uvec3(packed_interface(see_through_kind(record.y), uint(face), see_through_beyond(record.y), level),
+                      uint(plane), 0u);
   placed.away = false;
 
   const vec2 fraction = vec2(picture.fraction[u], picture.fraction[v]);
