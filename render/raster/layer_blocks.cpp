@@ -18,9 +18,8 @@ constexpr uint32_t kFewestLayers = 4096;  // that there is room for
 constexpr uint32_t kMaskBytes = kBlockPixels * kBlockPixels / 8;
 
 /// What faces of cubes have bound under the same numbers.
-constexpr uint32_t kBoundAnew[] = {kBindFaces,      kBindChunks,     kBindListedFaces,
-                                   kBindFaceSetups, kBindBlockFaces, kBindBlockCounts,
-                                   kBindFaceItems,  kBindFaceHeads,  kBindActiveBlocks};
+constexpr uint32_t kBoundAnew[] = {kBindFaces,       kBindListedFaces, kBindFaceSetups, kBindBlockFaces,
+                                   kBindBlockCounts, kBindFaceItems,   kBindFaceHeads,  kBindActiveBlocks};
 
 }  // namespace
 
@@ -94,6 +93,7 @@ void LayerBlocks::record(VkCommandBuffer commands, PassContext& context, const L
   bind.bind(kBindFaceHeads, heads_);
   bind.bind(kBindActiveBlocks, active_);
   bind.bind(kBindLayerMasks, masks_);
+  const Bindings::Bound chunks = bind.bound(kBindChunks);
   bind.bind(kBindChunks, bind.bound(kBindLayerChunks));
   // Set layers up.
   memory_barrier(commands, kComputeReadWrite, kClearWrite);
@@ -122,7 +122,7 @@ void LayerBlocks::record(VkCommandBuffer commands, PassContext& context, const L
   vkCmdDispatchIndirect(commands, heads_.handle, kActiveHead * sizeof(uint32_t));
   image_barrier(commands, context.targets.depth.handle, VK_IMAGE_ASPECT_DEPTH_BIT, kComputeRead, kDepthReadWrite);
   memory_barrier(commands, kComputeWrite, kComputeReadWrite | kIndirectRead | kHostRead);
-  bind.bind(kBindChunks, bound_before_[1].second);
+  bind.bind(kBindChunks, chunks);
 }
 
 void LayerBlocks::restore(PassContext& context) const {

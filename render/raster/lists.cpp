@@ -10,6 +10,7 @@
 ///         on the GPU. 2010
 #include <algorithm>
 
+#include "render/raster/block_lists.h"
 #include "render/raster/layer_blocks.h"
 #include "render/raster/transparency_pass.h"
 
@@ -30,8 +31,8 @@ class ListOrder : public LayerOrder {
   world::Status fit(PassContext& context) override {
     behind_ = {};
     forget_pixels();
-    const uint64_t tiles = tiles_of(context);
     const VkExtent2D extent = context.targets.extent();
+    const uint64_t tiles = count_of(blocks_of(extent));
     can_list_ = tiles <= context.device.limits().maxComputeWorkGroupCount[0] &&
                 std::max(extent.width, extent.height) <= 8u << kTileBits;
     const uint64_t tile_bytes = can_list_ ? tiles * sizeof(uint32_t) : sizeof(uint32_t);
@@ -150,11 +151,6 @@ class ListOrder : public LayerOrder {
   static constexpr Access kFragmentReadWrite{
       VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
       VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT};
-
-  static uint64_t tiles_of(const PassContext& context) {
-    const VkExtent2D extent = context.targets.extent();
-    return uint64_t{(extent.width + 7) / 8} * ((extent.height + 7) / 8);
-  }
 
   void forget_pixels() {
     heads_ = {}, own_ = {};
