@@ -58,10 +58,10 @@ void main() {
   const uint count = min(block_counts[block] & ~kBlockIsSeen, of_block);
   uvec4 any = uvec4(0);
   // As in face_blocks.comp.glsl loops are left at their ends.
-  for (uint word = 0u;;) {
+  for (uint word = 0u; word * kMaskLayers < count;) {
     const uint end = min(count, (word + 1u) * kMaskLayers);
     uvec4 of_left = uvec4(0), of_right = uvec4(0);
-    for (uint i = word * kMaskLayers;;) {
+    for (uint i = word * kMaskLayers; i < end;) {
       const uint number = texelFetch(block_faces, int(block * of_block + i)).x, bit = 1u << i % kMaskLayers;
       const uvec4 setup = texelFetch(setups, int(kSetupTexels * number));
       const vec4 rectangle = uintBitsToFloat(texelFetch(setups, int(kSetupTexels * number) + 1));

@@ -75,23 +75,20 @@ void consider(inout NextLayer next, uvec2 of, vec2 last, float t_end, vec3 ray) 
 NextLayer next_layer(PixelLayers layers, vec2 last, float t_end, vec3 ray) {
   NextLayer next = NextLayer(vec2(t_end, 0), uvec2(0), 0u);
   if (kLayerBlocks) {
-    for (uint word = 0u;;) {
-      if (word == layers.words) break;
+    for (uint word = 0u; word < layers.words;) {
       uint bits = texelFetch(layer_masks, int(layers.first_mask + kBlockPixels * kBlockPixels * word)).x;
-      for (;;) {
-        if (bits == 0u) break;
+      for (; bits != 0u;) {
         const uint at = layers.first_layer + kMaskLayers * word + uint(findLSB(bits));
         const uint layer = texelFetch(block_faces, int(at)).x;
         consider(next, texelFetch(setups, int(kSetupTexels * layer)).xy, last, t_end, ray);
         bits &= bits - 1u;
         if (bits == 0u) break;
       }
-      if (++word == layers.words) break;
+      if (++word >= layers.words) break;
     }
     return next;
   }
-  for (uint node = layers.head;;) {
-    if (node == 0u) break;
+  for (uint node = layers.head; node != 0u;) {
     const uvec3 at = node_at(node);
     consider(next, at.yz, last, t_end, ray);
     node = at.x;
@@ -151,9 +148,10 @@ void main() {
   Bend bend;
   bend.found = bend.left = false;
   VeilWalk veil = begin_pixel_veil(seen, ray, direction);
-  for (;;) {
+  for (uint left = ~0u; left != 0u;) {
     const NextLayer next = next_layer(of_pixel, last, t_end, ray);
-    if (next.left == 0u) break;
+    left = next.left;
+    if (left == 0u) break;
     any = true;
     last = next.order;
     const Interface i = interface_of(next.of.x, int(next.of.y), ray);
@@ -210,7 +208,8 @@ void main() {
         }
       }
     }
-    if (opaque || next.left == 1u) break;
+    --left;
+    if (opaque || left == 0u) break;
   }
 
   if (kLayerBlocks && !any && !mirror && !in_absorber) return;
