@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
+#include <numeric>
 
 #include "face_blocks.comp.spv.h"
 #include "face_setup.comp.spv.h"
@@ -20,6 +22,15 @@ constexpr uint32_t kFewestFaces = 16384;  // that there is room for
 constexpr uint64_t kUneven = 16;
 constexpr uint32_t kFewestOfBlock = 64, kMostAtFirst = 1024;
 constexpr uint64_t kSeenBytes = 2 * sizeof(uint32_t);
+
+/// A number without a common factor with `count`, near its golden section: i * stride % count takes each of them once,
+/// and any run of them from all over. Software gives each of its threads one run of a dispatch's groups; of a picture's
+/// rows the last would get the ground, and the first the sky.
+uint32_t spreading_stride(uint32_t count) {
+  auto stride = static_cast<uint32_t>(std::lround(0.618 * count));
+  while (std::gcd(stride, count) != 1) ++stride;
+  return stride;
+}
 
 }  // namespace
 
@@ -124,7 +135,7 @@ void FaceBlocks::record_lists(VkCommandBuffer commands, PassContext& context, co
   memory_barrier(commands, kComputeWrite, kComputeReadWrite | kIndirectRead);
   const BlockRows across = rows(context);
   context.bindings.use(commands, by.blocks);
-  by.blocks.push(commands, std::array{of_block_, across.pixels, across.seen_pixels});
+  by.blocks.push(commands, std::array{of_block_, across.pixels, across.seen_pixels, spreading_stride(blocks_.height)});
   if (second)
     vkCmdDispatchIndirect(commands, heads_.handle, kActiveHead * sizeof(uint32_t));
   else
