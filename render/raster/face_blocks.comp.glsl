@@ -11,7 +11,7 @@
 layout(constant_id = kSpecSecondFaces) const bool kSecondFaces = false;
 layout(constant_id = kSpecBlends) const bool kBlends = false;
 layout(local_size_x = kBlockPixels, local_size_y = kBlocksInGroup) in;
-layout(push_constant) uniform Room { uint of_block, row_pixels, seen_row_pixels, row_stride; };
+layout(push_constant) uniform Room { uint of_block, row_pixels, seen_row_pixels, run_stride; };
 layout(binding = kBindFaceSetups) uniform usamplerBuffer setups;
 layout(binding = kBindBlockFaces) uniform usamplerBuffer block_faces;
 layout(binding = kBindBlockCounts) uniform usamplerBuffer block_counts;
@@ -82,8 +82,15 @@ Face face_of(uint number) {
 void main() {
   read_picture();
   const uvec2 size = uvec2(picture.screen.xy), across = (size + kBlockPixels - 1u) / kBlockPixels;
-  uvec2 at = uvec2(gl_WorkGroupID.x * kBlocksInGroup + gl_LocalInvocationID.y,
-                   kSecondFaces ? 0u : gl_WorkGroupID.y * row_stride % gl_NumWorkGroups.y);
+  uvec2 group = gl_WorkGroupID.xy;
+  if (!kSecondFaces) {
+    const uvec2 groups = gl_NumWorkGroups.xy;
+    uint place = group.y * groups.x + group.x;
+    const uint runs = groups.x * groups.y / kGroupsInRun, run = place / kGroupsInRun;
+    if (run < runs) place = run * run_stride % runs * kGroupsInRun + place % kGroupsInRun;
+    group = uvec2(place % groups.x, place / groups.x);
+  }
+  uvec2 at = uvec2(group.x * kBlocksInGroup + gl_LocalInvocationID.y, group.y);
   if (kSecondFaces) {
     if (at.x >= heads[kActiveHead + 3u]) return;
     const uint packed = texelFetch(active_blocks, int(at.x)).x;

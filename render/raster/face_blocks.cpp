@@ -24,8 +24,8 @@ constexpr uint32_t kFewestOfBlock = 64, kMostAtFirst = 1024;
 constexpr uint64_t kSeenBytes = 2 * sizeof(uint32_t);
 
 /// A number without a common factor with `count`, near its golden section: i * stride % count takes each of them once,
-/// and any run of them from all over. Software gives each of its threads one run of a dispatch's groups; of a picture's
-/// rows the last would get the ground, and the first the sky.
+/// and any run of them from all over. Software gives each of its threads one run of a dispatch's groups: of a picture's
+/// the first would get the sky, and the last the ground.
 uint32_t spreading_stride(uint32_t count) {
   auto stride = static_cast<uint32_t>(std::lround(0.618 * count));
   while (std::gcd(stride, count) != 1) ++stride;
@@ -135,11 +135,13 @@ void FaceBlocks::record_lists(VkCommandBuffer commands, PassContext& context, co
   memory_barrier(commands, kComputeWrite, kComputeReadWrite | kIndirectRead);
   const BlockRows across = rows(context);
   context.bindings.use(commands, by.blocks);
-  by.blocks.push(commands, std::array{of_block_, across.pixels, across.seen_pixels, spreading_stride(blocks_.height)});
+  const uint32_t groups_x = groups_of(blocks_.width, kBlocksInGroup);
+  by.blocks.push(commands, std::array{of_block_, across.pixels, across.seen_pixels,
+                                      spreading_stride(groups_x * blocks_.height / kGroupsInRun)});
   if (second)
     vkCmdDispatchIndirect(commands, heads_.handle, kActiveHead * sizeof(uint32_t));
   else
-    vkCmdDispatch(commands, groups_of(blocks_.width, kBlocksInGroup), blocks_.height, 1);
+    vkCmdDispatch(commands, groups_x, blocks_.height, 1);
 }
 
 void FaceBlocks::record_first(VkCommandBuffer commands, PassContext& context,

@@ -37,6 +37,7 @@ SHARED_CONST uint kMostGroups = 65535u;  // along x, which every device has
 SHARED_CONST uint kSetupGroup = 64u;
 SHARED_CONST uint kMostListed = 1u << 21;  // faces of a pass: fewer than kMostGroups of setup, and 64 MiB of them
 SHARED_CONST uint kBlocksInGroup = 8u, kItemsInGroup = 8u;
+SHARED_CONST uint kGroupsInRun = 4u;  // which are walked one after the other, as neighbours share faces
 
 /// What setup is told.
 struct SetupRange {
