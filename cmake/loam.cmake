@@ -70,11 +70,13 @@ function(shared_concept_folder target folder macro)
     if(NOT name IN_LIST ARGN)
       string(APPEND list_text "${macro}(${name})\n")
       string(APPEND members_text "#include \"${folder}/${name}.shared.h\"\n#define ${macro}_${name} ${number}\n")
-      string(APPEND cases "    case ${macro}_${name}: return ${name}_##function arguments; \\\n")
+      string(APPEND cases
+        "    case ${macro}_${name}: if (CALLED_FOR_${macro}(${macro}_${name})) return ${name}_##function arguments; break; \\\n")
       math(EXPR number "${number} + 1")
     endif()
   endforeach()
   string(APPEND members_text
+    "#ifndef CALLED_FOR_${macro}\n#define CALLED_FOR_${macro}(number) true\n#endif\n"
     "#define DISPATCH_${macro}(member, function, arguments) \\\n  switch (member) { \\\n${cases}  }\n")
   string(REPLACE "/" "_" list ${folder})
   file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/generated/${list}.list.h CONTENT "${list_text}")

@@ -145,6 +145,7 @@ world::Status Lighting::add_luminaires(const world::World& world, const RenderKn
     TRY(world::LuminaireTables t, world::luminaire_tables(l));
     tables.push_back(std::move(t)), shining.push_back(&l);
   }
+  variant_.luminaire_kinds = 0;
   luminaires_at_ = static_cast<uint32_t>(words.size());
   words.resize(words.size() + shining.size() * kLuminaireWords);
   std::map<const world::LightImage*, uint32_t> images;
@@ -189,6 +190,9 @@ world::Status Lighting::add_luminaires(const world::World& world, const RenderKn
 
     uint32_t* at = words.data() + luminaires_at_ + i * kLuminaireWords;
     const auto flag = [](bool set, uint32_t bit) { return set ? bit : 0; };
+    CHECK_LT(t.number, 30u);
+    variant_.luminaire_kinds |=
+        1u << t.number | flag(t.slide && image, kLuminaireSlides) | flag(t.sky && image, kLuminaireSkies);
     at[kLumKind] = t.number | flag(impulse, kLumImpulse) | flag(finite, kLumFinite) |
                    flag(t.slide && image, kLumSlide) | flag(t.sky && image, kLumSky) | flag(l.whole_sphere, kLumWhole) |
                    flag(l.uniform_area, kLumUniform) | flag(l.at_infinity, kLumAtInfinity) | flag(mesh, kLumMesh) |

@@ -25,9 +25,10 @@ namespace render::raster {
 /// What shading is compiled for, beside what the knobs say of the sun and of the world's cells.
 struct LightingVariant {
   bool luminaires = false, media = false;
-  uint32_t medium_kinds = 0;  // bits of MEDIUM_... and kMediumDensityGrid
-  bool fog_shafts = false;    // fog asks for the sun along rays
-  bool bsdf = false;          // blocks scatter by their BSDF, not by the sum of what they scatter
+  uint32_t luminaire_kinds = 0;  // bits of LUMINAIRE_..., kLuminaireSlides, kLuminaireSkies
+  uint32_t medium_kinds = 0;     // bits of MEDIUM_... and kMediumDensityGrid
+  bool fog_shafts = false;       // fog asks for the sun along rays
+  bool bsdf = false;             // blocks scatter by their BSDF, not by the sum of what they scatter
   uint32_t luminaire_shadow = 0;
   friend auto operator<=>(const LightingVariant&, const LightingVariant&) = default;
 };

@@ -41,6 +41,8 @@ SHARED_CONST uint kLumArea = 31u;    /* m^2, of a mesh */
 SHARED_CONST uint kLumMap = 32u;     /* 1 + offset of its shadow map; 0: none */
 SHARED_CONST uint kLumMapSize = 33u; /* texels a side */
 
+/* Beside the kinds of luminaires that there are: some have an image, which is a slide, or a sky. */
+SHARED_CONST uint kLuminaireSlides = 0x40000000u, kLuminaireSkies = 0x80000000u;
 SHARED_CONST uint kLumImpulse = 0x100u;  /* flags */
 SHARED_CONST uint kLumFinite = 0x200u;   /* has a place */
 SHARED_CONST uint kLumSlide = 0x400u;    /* its image is a slide */

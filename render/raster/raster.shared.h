@@ -146,17 +146,18 @@ SHARED_CONST uint kSpecCloudSteps = 44;       // int, cloud_steps; 0: no clouds 
 SHARED_CONST uint kSpecCloudLightSteps = 45;  // int, cloud_light_steps
 SHARED_CONST uint kSpecCloudShadows = 46;     // bool: they dim the sun
 SHARED_CONST uint kSpecFogShafts = 47;        // bool: fog asks for the sun along rays: fog_sun_rays
-SHARED_CONST uint kSpecCoarseFaces = 48;   // bool: pixels may see faces of coarser levels, or stand-ins (kSeenPlaced)
-SHARED_CONST uint kSpecViewEnds = 49;      // bool: the view distance ends before the world does
-SHARED_CONST uint kSpecMediumKinds = 50;   // bits of MEDIUM_... and kMediumDensityGrid: those that there are
-SHARED_CONST uint kSpecCloudsBefore = 51;  // bool: clouds may lie before others than the sky: SkyView
+SHARED_CONST uint kSpecCoarseFaces = 48;     // bool: pixels may see faces of coarser levels, or stand-ins (kSeenPlaced)
+SHARED_CONST uint kSpecViewEnds = 49;        // bool: the view distance ends before the world does
+SHARED_CONST uint kSpecMediumKinds = 50;     // bits of MEDIUM_... and kMediumDensityGrid: those that there are
+SHARED_CONST uint kSpecLuminaireKinds = 52;  // bits of LUMINAIRE_..., and kLuminaire...: those that there are
+SHARED_CONST uint kSpecCloudsBefore = 51;    // bool: clouds may lie before others than the sky: SkyView
 
 /// A record of SurfaceLightLeaf in words: 16 a direction of faces, 4 a direction of counts before slices, the first
 /// code.
 SHARED_CONST uint kLightLeafWords = 128u, kLightBefore = 96u, kLightFirst = 120u;
 SHARED_CONST uint kLightUnknown = 0xffffffffu;
 SHARED_CONST uint kLightNone = 0u, kLightLevels = 1u, kLightIrradiance = 2u;
-SHARED_CONST uint kShadedAll = 0u, kShadedSurfaces = 1u, kShadedSky = 2u;
+SHARED_CONST uint kShadedAll = 0u, kShadedSurfaces = 1u, kShadedSky = 2u, kShadedPutOff = 3u;
 SHARED_CONST uint kSunShadowSkyLight = 1u, kSunShadowMap = 2u, kSunShadowRay = 3u;
 
 /// One picture. Only members of 16 bytes, so that every layout rule places them alike.

@@ -49,6 +49,7 @@ std::vector<Constant> shading_constants(const Drawing& drawing) {
           {kSpecCornerOcclusion, knobs.corner_occlusion},
           {kSpecSkyModel, drawing.sky.light != nullptr},
           {kSpecLuminaires, lighting.luminaires},
+          {kSpecLuminaireKinds, lighting.luminaire_kinds},
           {kSpecMedia, lighting.media},
           {kSpecMediumKinds, lighting.medium_kinds},
           {kSpecFogShafts, lighting.fog_shafts},
@@ -93,8 +94,9 @@ world::Status ShadePass::prepare(PassContext& context, const Drawing& drawing, F
   };
   counts_rays_ = drawing.counts_sun_rays;
   const auto compute = [&](bool of_list) -> world::Result<const Pipeline*> {
-    const auto all = with({{kSpecShapes, any_shapes},
+    const auto all = with({{kSpecShapes, of_list ? few_shapes : any_shapes},
                            {kSpecMeshPixels, any_triangles},
+                           {kSpecShadedPart, of_list ? kShadedPutOff : kShadedAll},
                            {kSpecToImage, in_image},
                            {kSpecCountsRays, counts_rays_},
                            {kSpecPutOff, of_list}});

@@ -99,12 +99,14 @@ vec3 one_luminaire(uint number, const LitPoint p, const Scatterer s) {
   }
   const uint samples = (flags & kLumImpulse) != 0u ? 1u : picture.light_samples.x;
   const uint dimension = kVertexDimension + (number + 1u) * kDimensionsPerVertex * 64u + kOnLight;
+  const Emitter emitter = luminaire_emitter(at);
+  const vec3 colour = lighting_vec3(at + kLumColour);
   vec3 sum = vec3(0.0);
   for (uint i = 0u; i < samples; ++i) {
     const vec2 u = samples == 1u && (flags & kLumImpulse) != 0u
                        ? vec2(0.0)
                        : sampler_two(dimension, i, picture.light_samples.y == 0u);
-    const ArrivingLight light = luminaire_light(at, flags, receiver, u);
+    const ArrivingLight light = luminaire_light(at, flags, emitter, colour, receiver, u);
     if (!(largest_band(light.biradiance) > 0.0 && dot(light.direction, p.side) > 0.0)) continue;
     vec3 arrives = light.biradiance * scattered_share(s, flags, light.direction, p.to_eye, p.normal);
     if (!(largest_band(arrives) > 0.0)) continue;
@@ -116,21 +118,25 @@ vec3 one_luminaire(uint number, const LitPoint p, const Scatterer s) {
   return sum / float(samples);
 }
 
-vec3 luminaires_at(const LitPoint p, const Scatterer s) {
-  vec3 sum = vec3(0.0);
-  for (uint i = 0u; i < picture.luminaires.z; ++i) sum += one_luminaire(lighting[picture.luminaires.y + i], p, s);
-  if (picture.light_cells.x == 0u) return sum;
-  // What reaches the cell that holds the point.
-  const ivec3 cell = p.voxel >> picture.light_cells.z;
+/// What reaches the cell that holds a voxel: where its list is, and how long.
+uvec2 luminaires_of_cell(ivec3 voxel) {
+  const ivec3 cell = voxel >> picture.light_cells.z;
   for (uint i = region_hash(cell.x, cell.y, cell.z);; ++i) {
     const uint at = picture.light_cells.x + (i & picture.light_cells.y) * kCellWords;
     const uint list = lighting[at + 3u];
-    if (list == 0u) return sum;
-    if (lighting_ivec3(at) != cell) continue;
-    const uint count = lighting[at + 4u];
-    for (uint k = 0u; k < count; ++k) sum += one_luminaire(lighting[list + k], p, s);
-    return sum;
+    if (list == 0u) return uvec2(0);
+    if (lighting_ivec3(at) == cell) return uvec2(list, lighting[at + 4u]);
   }
+}
+
+/// All of them in one loop: each further place that calls one_luminaire() is so much more to compile.
+vec3 luminaires_at(const LitPoint p, const Scatterer s) {
+  const uint everywhere = picture.luminaires.z;
+  const uvec2 near = picture.light_cells.x == 0u ? uvec2(0) : luminaires_of_cell(p.voxel);
+  vec3 sum = vec3(0.0);
+  for (uint i = 0u; i < everywhere + near.y; ++i)
+    sum += one_luminaire(lighting[i < everywhere ? picture.luminaires.y + i : near.x + i - everywhere], p, s);
+  return sum;
 }
 
 #endif

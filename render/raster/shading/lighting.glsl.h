@@ -5,6 +5,7 @@
 #include "render/raster/shading/picture.glsl.h"
 
 layout(constant_id = kSpecLuminaires) const bool kLuminaires = false;
+layout(constant_id = kSpecLuminaireKinds) const uint kLuminaireKinds = 0u;
 layout(constant_id = kSpecMedia) const bool kMedia = false;
 layout(constant_id = kSpecBsdf) const bool kBsdf = false;
 layout(binding = kBindLighting, std430) readonly buffer Lighting { uint lighting[]; };

@@ -3,9 +3,20 @@
 #ifndef LOAM_RENDER_RASTER_SHADING_LUMINAIRES_GLSL_H
 #define LOAM_RENDER_RASTER_SHADING_LUMINAIRES_GLSL_H
 #include "render/raster/shading/lighting.glsl.h"
+// A picture has no code for kinds of luminaires that its world doesn't have: software would run it for each of them.
+#define CALLED_FOR_LUMINAIRE(number) ((kLuminaireKinds >> number & 1u) != 0u)
 #include "world/luminaires/every_luminaire.shared.h"
 
 layout(binding = kBindSeenLuminaires, std430) readonly buffer SeenLuminaires { uint seen_luminaires[]; };
+
+const bool kMeshesShine = CALLED_FOR_LUMINAIRE(LUMINAIRE_mesh);
+const bool kSlides = (kLuminaireKinds & kLuminaireSlides) != 0u, kSkies = (kLuminaireKinds & kLuminaireSkies) != 0u;
+const uint kKindsAlone = kLuminaireKinds & ~(kLuminaireSlides | kLuminaireSkies);
+
+/// From a luminaire's flags.
+uint luminaire_kind(uint flags) {
+  return (kKindsAlone & (kKindsAlone - 1u)) == 0u ? uint(findLSB(kKindsAlone)) : flags & 0xffu;
+}
 
 Emitter luminaire_emitter(uint at) {
   const uint flags = lighting[at + kLumKind];
@@ -82,7 +93,7 @@ struct ArrivingLight {
   vec3 biradiance;  // radiance over density
 };
 
-ArrivingLight sky_image_sample(uint at, const Emitter e, vec2 u) {
+ArrivingLight sky_image_sample(uint at, const Emitter e, vec3 colour, vec2 u) {
   const uint packed = lighting[at + kLumImageSize];
   const uint width = packed & 0xffffu, height = packed >> 16;
   const uint rows = lighting[at + kLumTables], columns = rows + height, cosines = columns + width * height;
@@ -97,14 +108,14 @@ ArrivingLight sky_image_sample(uint at, const Emitter e, vec2 u) {
   light.biradiance = vec3(0.0);
   if (probability > 0.0)
     light.biradiance = image_value(at, hemisphere_sky_from_direction(e, light.direction), true) *
-                       (solid_angle / probability) * lighting_vec3(at + kLumColour);
+                       (solid_angle / probability) * colour;
   return light;
 }
 
-ArrivingLight luminaire_light(uint at, uint flags, vec3 receiver, vec2 u) {
-  Emitter e = luminaire_emitter(at);
-  if ((flags & kLumSky) != 0u) return sky_image_sample(at, e, u);
-  if ((flags & kLumMesh) != 0u) {
+/// e: its own, which is read once for all of its samples, as `colour` is.
+ArrivingLight luminaire_light(uint at, uint flags, Emitter e, vec3 colour, vec3 receiver, vec2 u) {
+  if (kSkies && (flags & kLumSky) != 0u) return sky_image_sample(at, e, colour, u);
+  if (kMeshesShine && (flags & kLumMesh) != 0u) {
     const uint parts = lighting[at + kLumParts], count = lighting[at + kLumPartCount];
     const float target = u.x * lighting_float(at + kLumArea);
     uint low = 0u, high = count - 1u;
@@ -119,12 +130,12 @@ ArrivingLight luminaire_light(uint at, uint flags, vec3 receiver, vec2 u) {
     u.x = clamp((target - before) / (lighting_float(parts + low * kPartWords + 9u) - before), 0.0, 0.9999999);
     set_part(e, parts + low * kPartWords);
   }
-  const EmitterSample s = luminaire_sample(flags & 0xffu, e, receiver, u);
+  const EmitterSample s = luminaire_sample(luminaire_kind(flags), e, receiver, u);
   ArrivingLight light;
   light.direction = s.direction;
   light.distance = s.distance;
-  light.biradiance = s.biradiance * lighting_vec3(at + kLumColour);
-  if ((flags & kLumSlide) != 0u) {
+  light.biradiance = s.biradiance * colour;
+  if (kSlides && (flags & kLumSlide) != 0u) {
     const vec3 place = gobo_slide_from_direction(e, -s.direction);
     light.biradiance *= place.z > 0.0 ? image_value(at, place.xy, false) : vec3(0.0);
   }
@@ -135,10 +146,11 @@ ArrivingLight luminaire_light(uint at, uint flags, vec3 receiver, vec2 u) {
 vec3 far_luminaire_radiance(uint at, vec3 direction) {
   const uint flags = lighting[at + kLumKind];
   const Emitter e = luminaire_emitter(at);
-  const EmitterHit hit = luminaire_meet(flags & 0xffu, e, vec3(0.0), direction);
+  const EmitterHit hit = luminaire_meet(luminaire_kind(flags), e, vec3(0.0), direction);
   if (!(hit.distance >= 0.0)) return vec3(0.0);
   const vec3 colour = lighting_vec3(at + kLumColour);
-  if ((flags & kLumSky) != 0u) return colour * image_value(at, hemisphere_sky_from_direction(e, direction), true);
+  if (kSkies && (flags & kLumSky) != 0u)
+    return colour * image_value(at, hemisphere_sky_from_direction(e, direction), true);
   return colour * hit.radiance;
 }
 
@@ -159,12 +171,12 @@ SeenLuminaire seen_luminaire(uvec2 pixel, vec3 direction, float farthest) {
     const uint at = picture.luminaires.x + number * kLuminaireWords, flags = lighting[at + kLumKind];
     Emitter e = luminaire_emitter(at);
     float share = 1.0;
-    if ((flags & kLumMesh) != 0u) {
+    if (kMeshesShine && (flags & kLumMesh) != 0u) {
       set_part(e, lighting[at + kLumParts] + part * kPartWords);
       share = mesh_area(e) / lighting_float(at + kLumArea);
     }
     const vec3 origin = picture.fraction.xyz - lighting_place(at + kLumVoxel, picture.camera_voxel.xyz);
-    const EmitterHit hit = luminaire_meet(flags & 0xffu, e, origin, direction);
+    const EmitterHit hit = luminaire_meet(luminaire_kind(flags), e, origin, direction);
     // A luminaire on a face lies before it: kLuminaireTolerance of render/trace/geometry.h.
     if (!(hit.distance >= 0.0) || hit.distance * (1.0 - 1e-4) > farthest) continue;
     if (seen.distance >= 0.0 && hit.distance >= seen.distance) continue;

@@ -66,7 +66,7 @@ vec3 pixel_radiance(uvec2 pixel, uvec2 seen) {
       colour = met.radiance;
     }
   }
-  if ((kViewEnds || kShadedPart != kShadedSurfaces) && distance == kMediumFar) {
+  if ((kViewEnds || kShadedPart == kShadedAll || kShadedPart == kShadedSky) && distance == kMediumFar) {
     colour = seen_far(direction);
     if (kCloudSteps > 0 && !kCloudsBefore) colour = behind_clouds(colour, picture.fraction.xyz, direction);
   }
