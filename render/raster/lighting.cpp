@@ -386,7 +386,7 @@ world::Result<uint64_t> Lighting::follow(gpu::Device& device, const world::World
     signature = world::hash_combine(world::hash_combine(signature, opaque->walker().volume().version()),
                                     static_cast<uint64_t>(knobs.spot_map_texels));
   }
-  const uint64_t limit = std::min<uint64_t>(binding_limit, device.limits().maxStorageBufferRange);
+  const uint64_t limit = std::min(binding_limit, uint64_t{4} * device.limits().maxTexelBufferElements);
   if (words_.handle && signature == signature_ && limit == limit_) return uint64_t{0};
   limit_ = limit;
   lights_.clear(), seen_parts_.clear(), far_.clear(), dropped_.clear();
@@ -397,7 +397,7 @@ world::Result<uint64_t> Lighting::follow(gpu::Device& device, const world::World
   if (opaque) add_spot_maps(world, *opaque, knobs.spot_map_texels, words);
   if (words.size() * 4 > limit)
     return world::Error{world::ErrorKind::usage,
-                        fmt::format("{} luminaires need {} MiB, more than the {} MiB of this device's storage buffers; "
+                        fmt::format("{} luminaires need {} MiB, more than the {} MiB of this device's texel buffers; "
                                     "raise luminaire_cutoff or use the raycast backend",
                                     lights_.size(), words.size() >> 18, limit >> 20)};
   variant_.luminaires = !lights_.empty();
@@ -405,7 +405,7 @@ world::Result<uint64_t> Lighting::follow(gpu::Device& device, const world::World
   variant_.bsdf = true;
   const uint64_t size = words.size() * sizeof words[0];
   if (words_.size < size || words_.size > 4 * size + 65536) {
-    TRY(words_, gpu::make_buffer(device, size, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::MemoryUse::upload));
+    TRY(words_, gpu::make_texel_buffer(device, size, VK_FORMAT_R32_UINT, 0, gpu::MemoryUse::upload));
   }
   std::memcpy(words_.mapped(), words.data(), size);
   const uint64_t media_size = records.size() * sizeof records[0];
@@ -486,7 +486,7 @@ world::Result<uint64_t> Lighting::see(gpu::Device& device, const Camera& camera,
   }
   const uint64_t size = words.size() * sizeof words[0];
   if (seen_.size < size) {
-    TRY(seen_, gpu::make_buffer(device, size + size / 2, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::MemoryUse::upload));
+    TRY(seen_, gpu::make_texel_buffer(device, size + size / 2, VK_FORMAT_R32_UINT, 0, gpu::MemoryUse::upload));
   }
   std::memcpy(seen_.mapped(), words.data(), size);
   return size;

@@ -59,8 +59,8 @@ SHARED_CONST uint kBindBillboardTexels = 102;  // uint texels: billboard_cloud.h
 SHARED_CONST uint kBindHeightWords = 103;      // uint texels: height_surface.h
 SHARED_CONST uint kBindHeightDraws = 104;      // HeightDraw[] those that are drawn
 // 32..63: light and sky. 64..95: transparency, water, reflections. 96..127: particles, the whole picture.
-SHARED_CONST uint kBindLighting = 32;        // uint[]   luminaires, media, blocks: lighting.shared.h
-SHARED_CONST uint kBindSeenLuminaires = 33;  // uint[]   by tile of the picture: offset and length, then the lists
+SHARED_CONST uint kBindLighting = 32;        // uint texels  luminaires, media, blocks: lighting.shared.h
+SHARED_CONST uint kBindSeenLuminaires = 33;  // uint texels  by tile of the picture: offset and length, then the lists
 SHARED_CONST uint kBindFaceLit = 34;  // vec4 texels: six by face under the sky, six in the sun: shading/picture.glsl.h
 SHARED_CONST uint kBindTexels = 35;   // vec4 texels, a byte each: render/textures/texture.shared.h
 SHARED_CONST uint kBindBlockerRegions = 36;  // ivec4[]  of what isn't opaque and stands in the sun's way: hash table

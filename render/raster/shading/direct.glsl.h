@@ -25,7 +25,7 @@ struct Scatterer {
   BsdfParameters parameters;
 };
 Scatterer scatterer_of(uint block) {
-  const uint at = picture.luminaires.w + block * kBlockWords, kind = lighting[at + kBlockBsdf];
+  const uint at = picture.luminaires.w + block * kBlockWords, kind = lighting_word(at + kBlockBsdf);
   Scatterer s;
   s.bsdf = kind & 0xffu;
   s.finite = (kind & kBlockFinite) != 0u;
@@ -37,7 +37,7 @@ Scatterer scatterer_of(uint block) {
   s.parameters.transmission = lighting_vec3(at + kBlockTransmission);
   s.parameters.coverage = lighting_float(at + kBlockCoverage);
   s.parameters.emission = vec3(0.0);
-  s.parameters.gloss = lighting[at + kBlockGloss];
+  s.parameters.gloss = lighting_word(at + kBlockGloss);
   return s;
 }
 
@@ -64,8 +64,8 @@ struct LitPoint {
 
 /// By the map of a spot.
 float spot_map_lit(uint at, const LitPoint p, vec3 direction, float distance) {
-  const int size = int(lighting[at + kLumMapSize]);
-  const uint depths = lighting[at + kLumMap] - 1u;
+  const int size = int(lighting_word(at + kLumMapSize));
+  const uint depths = lighting_word(at + kLumMap) - 1u;
   const vec3 axis = lighting_vec3(at + kLumAxis), up = lighting_vec3(at + kLumUp);
   const float texels = float(size), half_edge = spot_map_half(lighting_float(at + kLumTangent), texels);
   const vec2 place = spot_map_place(-direction, axis, cross(up, axis), up, half_edge, texels), base = floor(place);
@@ -81,7 +81,7 @@ float spot_map_lit(uint at, const LitPoint p, vec3 direction, float distance) {
 /// The part of a sample of a luminaire that nothing hides.
 float luminaire_visible(uint at, const LitPoint p, uint flags, vec3 direction, float distance) {
   if (kLuminaireShadow == kLuminaireShadowNone || (flags & kLumNoShadow) != 0u) return 1.0;
-  if (kLuminaireShadow == kLuminaireShadowMap && !kTrianglesAlone && lighting[at + kLumMap] != 0u)
+  if (kLuminaireShadow == kLuminaireShadowMap && !kTrianglesAlone && lighting_word(at + kLumMap) != 0u)
     return kMeshes && meets_mesh(p.voxel, p.fraction, direction, distance * (1.0 - 1e-4), p.triangle)
                ? 0.0
                : spot_map_lit(at, p, direction, distance);
@@ -90,7 +90,7 @@ float luminaire_visible(uint at, const LitPoint p, uint flags, vec3 direction, f
 }
 
 vec3 one_luminaire(uint number, const LitPoint p, const Scatterer s) {
-  const uint at = picture.luminaires.x + number * kLuminaireWords, flags = lighting[at + kLumKind];
+  const uint at = picture.luminaires.x + number * kLuminaireWords, flags = lighting_word(at + kLumKind);
   vec3 receiver = vec3(0.0);
   if ((flags & kLumFinite) != 0u) {
     receiver = p.fraction - lighting_place(at + kLumVoxel, p.voxel);
@@ -123,9 +123,9 @@ uvec2 luminaires_of_cell(ivec3 voxel) {
   const ivec3 cell = voxel >> picture.light_cells.z;
   for (uint i = region_hash(cell.x, cell.y, cell.z);; ++i) {
     const uint at = picture.light_cells.x + (i & picture.light_cells.y) * kCellWords;
-    const uint list = lighting[at + 3u];
+    const uint list = lighting_word(at + 3u);
     if (list == 0u) return uvec2(0);
-    if (lighting_ivec3(at) == cell) return uvec2(list, lighting[at + 4u]);
+    if (lighting_ivec3(at) == cell) return uvec2(list, lighting_word(at + 4u));
   }
 }
 
@@ -135,7 +135,7 @@ vec3 luminaires_at(const LitPoint p, const Scatterer s) {
   const uvec2 near = picture.light_cells.x == 0u ? uvec2(0) : luminaires_of_cell(p.voxel);
   vec3 sum = vec3(0.0);
   for (uint i = 0u; i < everywhere + near.y; ++i)
-    sum += one_luminaire(lighting[i < everywhere ? picture.luminaires.y + i : near.x + i - everywhere], p, s);
+    sum += one_luminaire(lighting_word(i < everywhere ? picture.luminaires.y + i : near.x + i - everywhere), p, s);
   return sum;
 }
 

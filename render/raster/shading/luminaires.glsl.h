@@ -7,7 +7,8 @@
 #define CALLED_FOR_LUMINAIRE(number) ((kLuminaireKinds >> number & 1u) != 0u)
 #include "world/luminaires/every_luminaire.shared.h"
 
-layout(binding = kBindSeenLuminaires, std430) readonly buffer SeenLuminaires { uint seen_luminaires[]; };
+layout(binding = kBindSeenLuminaires) uniform usamplerBuffer seen_luminaires;
+uint seen_luminaires_word(uint at) { return texelFetch(seen_luminaires, int(at)).x; }
 
 const bool kMeshesShine = CALLED_FOR_LUMINAIRE(LUMINAIRE_mesh);
 const bool kSlides = (kLuminaireKinds & kLuminaireSlides) != 0u, kSkies = (kLuminaireKinds & kLuminaireSkies) != 0u;
@@ -19,7 +20,7 @@ uint luminaire_kind(uint flags) {
 }
 
 Emitter luminaire_emitter(uint at) {
-  const uint flags = lighting[at + kLumKind];
+  const uint flags = lighting_word(at + kLumKind);
   Emitter e;
   e.axis = lighting_vec3(at + kLumAxis);
   e.up = lighting_vec3(at + kLumUp);
@@ -47,7 +48,7 @@ void set_part(inout Emitter e, uint part) {
 
 /// Between the centres of an image's pixels.
 vec3 image_value(uint at, vec2 place, bool sky) {
-  const uint packed = lighting[at + kLumImageSize], pixels = lighting[at + kLumImage];
+  const uint packed = lighting_word(at + kLumImageSize), pixels = lighting_word(at + kLumImage);
   const ivec2 size = ivec2(packed & 0xffffu, packed >> 16);
   const vec2 p = place * vec2(size) - 0.5, base = floor(p), f = p - base;
   vec3 sum = vec3(0.0);
@@ -94,9 +95,9 @@ struct ArrivingLight {
 };
 
 ArrivingLight sky_image_sample(uint at, const Emitter e, vec3 colour, vec2 u) {
-  const uint packed = lighting[at + kLumImageSize];
+  const uint packed = lighting_word(at + kLumImageSize);
   const uint width = packed & 0xffffu, height = packed >> 16;
-  const uint rows = lighting[at + kLumTables], columns = rows + height, cosines = columns + width * height;
+  const uint rows = lighting_word(at + kLumTables), columns = rows + height, cosines = columns + width * height;
   const ImageStep row = image_step(rows, height, u.y), column = image_step(columns + row.index * width, width, u.x);
   const float top = lighting_float(cosines + row.index), low = lighting_float(cosines + row.index + 1u);
   ArrivingLight light;
@@ -107,8 +108,8 @@ ArrivingLight sky_image_sample(uint at, const Emitter e, vec3 colour, vec2 u) {
   const float probability = column.weight / lighting_float(rows + height - 1u);
   light.biradiance = vec3(0.0);
   if (probability > 0.0)
-    light.biradiance = image_value(at, hemisphere_sky_from_direction(e, light.direction), true) *
-                       (solid_angle / probability) * colour;
+    light.biradiance =
+        image_value(at, hemisphere_sky_from_direction(e, light.direction), true) * (solid_angle / probability) * colour;
   return light;
 }
 
@@ -116,7 +117,7 @@ ArrivingLight sky_image_sample(uint at, const Emitter e, vec3 colour, vec2 u) {
 ArrivingLight luminaire_light(uint at, uint flags, Emitter e, vec3 colour, vec3 receiver, vec2 u) {
   if (kSkies && (flags & kLumSky) != 0u) return sky_image_sample(at, e, colour, u);
   if (kMeshesShine && (flags & kLumMesh) != 0u) {
-    const uint parts = lighting[at + kLumParts], count = lighting[at + kLumPartCount];
+    const uint parts = lighting_word(at + kLumParts), count = lighting_word(at + kLumPartCount);
     const float target = u.x * lighting_float(at + kLumArea);
     uint low = 0u, high = count - 1u;
     while (low < high) {
@@ -144,7 +145,7 @@ ArrivingLight luminaire_light(uint at, uint flags, Emitter e, vec3 colour, vec3 
 
 /// Radiance of a luminaire at no place along a direction.
 vec3 far_luminaire_radiance(uint at, vec3 direction) {
-  const uint flags = lighting[at + kLumKind];
+  const uint flags = lighting_word(at + kLumKind);
   const Emitter e = luminaire_emitter(at);
   const EmitterHit hit = luminaire_meet(luminaire_kind(flags), e, vec3(0.0), direction);
   if (!(hit.distance >= 0.0)) return vec3(0.0);
@@ -164,15 +165,15 @@ SeenLuminaire seen_luminaire(uvec2 pixel, vec3 direction, float farthest) {
   seen.distance = -1.0;
   seen.radiance = vec3(0.0);
   const uint tile = (pixel.y / kSeenTile) * picture.luminaires_seen.y + pixel.x / kSeenTile;
-  const uint list = seen_luminaires[2u * tile], count = seen_luminaires[2u * tile + 1u];
+  const uint list = seen_luminaires_word(2u * tile), count = seen_luminaires_word(2u * tile + 1u);
   for (uint i = 0u; i < count; ++i) {
     // Of a mesh, each part by itself.
-    const uint number = seen_luminaires[list + 2u * i], part = seen_luminaires[list + 2u * i + 1u];
-    const uint at = picture.luminaires.x + number * kLuminaireWords, flags = lighting[at + kLumKind];
+    const uint number = seen_luminaires_word(list + 2u * i), part = seen_luminaires_word(list + 2u * i + 1u);
+    const uint at = picture.luminaires.x + number * kLuminaireWords, flags = lighting_word(at + kLumKind);
     Emitter e = luminaire_emitter(at);
     float share = 1.0;
     if (kMeshesShine && (flags & kLumMesh) != 0u) {
-      set_part(e, lighting[at + kLumParts] + part * kPartWords);
+      set_part(e, lighting_word(at + kLumParts) + part * kPartWords);
       share = mesh_area(e) / lighting_float(at + kLumArea);
     }
     const vec3 origin = picture.fraction.xyz - lighting_place(at + kLumVoxel, picture.camera_voxel.xyz);

@@ -67,7 +67,7 @@ vec2 grid_span(const NearMedium m, vec3 direction) {
 float grid_sample(uint table, ivec3 low, ivec3 size, ivec3 voxel) {
   const ivec3 leaf = (voxel >> 3) - low;
   if (any(lessThan(leaf, ivec3(0))) || any(greaterThanEqual(leaf, size))) return 0.0;
-  const uint brick = lighting[table + kMediumLeavesHead + uint((leaf.x * size.y + leaf.y) * size.z + leaf.z)];
+  const uint brick = lighting_word(table + kMediumLeavesHead + uint((leaf.x * size.y + leaf.y) * size.z + leaf.z));
   if (brick == 0u) return 0.0;
   const ivec3 v = voxel & 7;
   return lighting_float(brick + uint(v.x * 64 + v.y * 8 + v.z));

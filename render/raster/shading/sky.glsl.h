@@ -37,8 +37,8 @@ vec3 seen_far(vec3 direction) {
   if (kSkyModel) seen += sky_model_disks(picture.sky, direction);
   if (kLuminaires)
     for (uint i = 0u; i < picture.luminaires_seen.w; ++i)
-      seen += far_luminaire_radiance(picture.luminaires.x + lighting[picture.luminaires_seen.z + i] * kLuminaireWords,
-                                     direction);
+      seen += far_luminaire_radiance(
+          picture.luminaires.x + lighting_word(picture.luminaires_seen.z + i) * kLuminaireWords, direction);
   return seen;
 }
 
