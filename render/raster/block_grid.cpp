@@ -180,12 +180,14 @@ Result<uint64_t> BlockGrid::rebuild(gpu::Device& device, const WorldView& view, 
   used_ = static_cast<uint32_t>(mixed.size());
   room_ = used_ + used_ / 8 + 64;
   const uint64_t table_bytes = table.size() * sizeof(ivec4), leaf_bytes = leaves.size() * 4,
-                 id_bytes = uint64_t{room_} * kIdWords * 4, limit = device.limits().maxStorageBufferRange;
+                 id_bytes = uint64_t{room_} * kIdWords * 4, limit = uint64_t{4} * device.limits().maxTexelBufferElements;
   if (std::max(leaf_bytes, id_bytes) > limit) return too_large(std::max(leaf_bytes, id_bytes), limit);
-  constexpr VkBufferUsageFlags kUsage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
-  TRY(regions_, gpu::make_buffer(device, table_bytes, kUsage, gpu::MemoryUse::device));
-  TRY(leaves_, gpu::make_buffer(device, leaf_bytes, kUsage, gpu::MemoryUse::device));
-  TRY(ids_, gpu::make_buffer(device, id_bytes, kUsage, gpu::MemoryUse::device));
+  const auto texels = [&](uint64_t bytes, VkFormat format) {
+    return gpu::make_texel_buffer(device, bytes, format, VK_BUFFER_USAGE_TRANSFER_DST_BIT, gpu::MemoryUse::device);
+  };
+  TRY(regions_, texels(table_bytes, VK_FORMAT_R32G32B32A32_SINT));
+  TRY(leaves_, texels(leaf_bytes, VK_FORMAT_R32_UINT));
+  TRY(ids_, texels(id_bytes, VK_FORMAT_R32_UINT));
   const uint64_t leaves_at = table_bytes, ids_at = table_bytes + leaf_bytes;
   TRY(const gpu::Buffer staging, gpu::make_buffer(device, ids_at + mixed.size() * kIdWords * 4,
                                                   VK_BUFFER_USAGE_TRANSFER_SRC_BIT, gpu::MemoryUse::upload));

@@ -3,18 +3,25 @@
 #define LOAM_RENDER_RASTER_BLOCK_GRID_GLSL_H
 #include "render/raster/transparency.glsl.h"
 
-layout(binding = kBindBlockRegions, std430) readonly buffer BlockRegions { ivec4 block_regions[]; };
-layout(binding = kBindBlockLeaves, std430) readonly buffer BlockLeaves { uint block_leaves[]; };
-layout(binding = kBindBlockIds, std430) readonly buffer BlockIds { uint block_ids[]; };
-layout(binding = kBindBlockKinds, std430) readonly buffer BlockKinds { uint block_kinds[]; };
+// Texels: software gathers those for all lanes at once, and loops over lanes for words of storage.
+layout(binding = kBindBlockRegions) uniform isamplerBuffer block_regions;
+layout(binding = kBindBlockLeaves) uniform usamplerBuffer block_leaves;
+layout(binding = kBindBlockIds) uniform usamplerBuffer block_ids;
+layout(binding = kBindBlockKinds) uniform usamplerBuffer block_kinds;
 
+uint code_kind(uint code) { return texelFetch(block_kinds, int(code)).x; }
+/// 1 for a mirror, kKind...Shift
+uint code_properties(uint code) { return texelFetch(block_kinds, int(code)).y; }
+
+/// As find_blocker_region() of sun_blockers.glsl.h.
 int find_block_region(ivec3 region) {
   const uint last = uint(layers.eye.z);
-  for (uint i = region_hash(region.x, region.y, region.z);; ++i) {
-    const ivec4 entry = block_regions[i & last];
+  for (uint k = 0u, i = region_hash(region.x, region.y, region.z); k <= last; ++k, ++i) {
+    const ivec4 entry = texelFetch(block_regions, int(i & last));
     if (entry.w == 0) return -1;
     if (entry.xyz == region) return entry.w - 1;
   }
+  return -1;
 }
 
 layout(constant_id = kSpecShapeCodes) const bool kShapeCodes = false;
@@ -22,10 +29,10 @@ layout(constant_id = kSpecShapeCodes) const bool kShapeCodes = false;
 /// Sixteenths that a liquid is high in a voxel of this code; 16: it fills it, or is none.
 uint code_level(uint code) {
   if (!kLiquidLevels) return 16u;
-  const uint level = block_kinds[2u * code + 1u] >> kKindLevelShift & 15u;
+  const uint level = code_properties(code) >> kKindLevelShift & 15u;
   return level == 0u ? 16u : level;
 }
-uint code_block(uint code) { return kLiquidLevels ? block_kinds[2u * code + 1u] >> kKindBlockShift : code; }
+uint code_block(uint code) { return kLiquidLevels ? code_properties(code) >> kKindBlockShift : code; }
 
 /// The code of a voxel, its block's id but where a liquid ends within it or a shape stands, and the size of the aligned
 /// cube around it that is known to be all of that code.
@@ -35,14 +42,14 @@ uint block_at(ivec3 voxel, int region, out int size) {
   const ivec3 leaf = voxel >> 3 & 15, group = leaf >> 2;
   const uint first = uint(region) * 4098u, bit = uint(group.x * 16 + group.y * 4 + group.z);
   size = 32;
-  if ((block_leaves[first + (bit >> 5u)] >> (bit & 31u) & 1u) == 0u) return 0u;
-  const uint word = block_leaves[first + 2u + uint(leaf.x * 256 + leaf.y * 16 + leaf.z)];
+  if ((texelFetch(block_leaves, int(first + (bit >> 5u))).x >> (bit & 31u) & 1u) == 0u) return 0u;
+  const uint word = texelFetch(block_leaves, int(first) + 2 + leaf.x * 256 + leaf.y * 16 + leaf.z).x;
   size = 8;
   if ((word & kBlockUniform) != 0u) return word & 0xffffu;
   size = 1;
   const ivec3 v = voxel & 7;
   const uint index = uint(v.x * 64 + v.y * 8 + v.z);
-  return block_ids[word * 256u + (index >> 1u)] >> ((index & 1u) * 16u) & 0xffffu;
+  return texelFetch(block_ids, int(word * 256u + (index >> 1u))).x >> ((index & 1u) * 16u) & 0xffffu;
 }
 
 /// A walk from a point of a voxel. Distances are relative to that start; each crossing follows from its integer plane.
@@ -68,8 +75,8 @@ BlockWalk begin_walk(ivec3 voxel, vec3 fraction, vec3 direction) {
   return w;
 }
 
-/// Leaves the aligned cube of this size around the voxel. False: out of all regions.
-bool leave_cube(inout BlockWalk w, int size) {
+/// Leaves the aligned cube of this size around the voxel. The voxel may then lie in another region: enter_region().
+void leave_cube(inout BlockWalk w, int size) {
   const bvec3 up = greaterThanEqual(w.direction, vec3(0));
   const ivec3 low = w.voxel & ivec3(-size);
   const ivec3 planes = low + mix(ivec3(0), ivec3(size), up);
@@ -80,18 +87,21 @@ bool leave_cube(inout BlockWalk w, int size) {
   w.t = max(t[w.axis], w.t);
   w.voxel = clamp(w.start + ivec3(floor(w.fraction + w.t * w.direction)), low, low + (size - 1));
   w.voxel[w.axis] = up[w.axis] ? planes[w.axis] : planes[w.axis] - 1;
+}
+bool left_region(BlockWalk w) { return w.voxel >> 7 != w.region; }
+/// False: out of all regions. Walks have a loop for regions around that for their steps, as in shading/grid.glsl.h.
+bool enter_region(inout BlockWalk w) {
   const ivec3 next = w.voxel >> 7;
-  if (next != w.region) {
-    if (any(lessThan(next, layers.region_min.xyz)) || any(greaterThan(next, layers.region_max.xyz))) {
-      // Outside: on only while the ray may still come in, and into the air out there.
-      const bvec3 away = bvec3((next.x < layers.region_min.x && !up.x) || (next.x > layers.region_max.x && up.x),
-                               (next.y < layers.region_min.y && !up.y) || (next.y > layers.region_max.y && up.y),
-                               (next.z < layers.region_min.z && !up.z) || (next.z > layers.region_max.z && up.z));
-      if (any(away) && w.place < 0) return false;
-    }
-    w.region = next;
-    w.place = find_block_region(next);
+  if (any(lessThan(next, layers.region_min.xyz)) || any(greaterThan(next, layers.region_max.xyz))) {
+    // Outside: on only while the ray may still come in, and into the air out there.
+    const bvec3 up = greaterThanEqual(w.direction, vec3(0));
+    const bvec3 away = bvec3((next.x < layers.region_min.x && !up.x) || (next.x > layers.region_max.x && up.x),
+                             (next.y < layers.region_min.y && !up.y) || (next.y > layers.region_max.y && up.y),
+                             (next.z < layers.region_min.z && !up.z) || (next.z > layers.region_max.z && up.z));
+    if (any(away) && w.place < 0) return false;
   }
+  w.region = next;
+  w.place = find_block_region(next);
   return true;
 }
 
@@ -147,20 +157,26 @@ FacePoint crossed_point(BlockWalk w, uint block) {
 /// How far a ray runs from a point of a voxel until the kind changes, m.
 float run_length(ivec3 voxel, vec3 fraction, vec3 direction, uint kind) {
   BlockWalk w = begin_walk(voxel, fraction, direction);
-  for (int steps = 0; steps < 4096; ++steps) {
-    int size;
-    const uint code = block_at(w.voxel, w.place, size);
-    const uint level = code_level(code);
-    if (kLiquidLevels && level < 16u) {
-      const LiquidTop top = liquid_top(w, level);
-      if ((top.liquid ? block_kinds[2u * code] : 0u) != kind || cross_top(w, top, level)) return w.t;
-      size = 1;
-    } else if (block_kinds[2u * code] != kind) {
-      return w.t;
+  bool inside = true, ended = false;
+  for (int regions = 0; inside && !ended && regions < 4096; ++regions) {
+    for (int steps = 0; steps < 4096; ++steps) {
+      int size;
+      const uint code = block_at(w.voxel, w.place, size);
+      const uint level = code_level(code);
+      if (kLiquidLevels && level < 16u) {
+        const LiquidTop top = liquid_top(w, level);
+        ended = (top.liquid ? code_kind(code) : 0u) != kind || cross_top(w, top, level);
+        size = 1;
+      } else {
+        ended = code_kind(code) != kind;
+      }
+      if (ended) break;
+      leave_cube(w, size);
+      if (left_region(w)) break;
     }
-    if (!leave_cube(w, size)) return 1e30;
+    if (!ended) inside = enter_region(w);
   }
-  return w.t;
+  return ended ? w.t : 1e30;
 }
 
 #endif

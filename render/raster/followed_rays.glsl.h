@@ -66,6 +66,51 @@ struct FollowedRay {
   uint medium;
 };
 
+/// What a walk finds where it is.
+struct Found {
+  uint block, kind, shape, level;  // shape: its first quad, or kNoQuad
+  int size;                        // of the cube around that is all of it
+  LiquidTop top;
+};
+Found found_by(BlockWalk w) {
+  Found found;
+  uint code = block_at(w.voxel, w.place, found.size);
+  found.shape = kNoQuad;
+  if (kShapeCodes && code >= kShapeCode) {
+    found.shape = code - kShapeCode;
+    code = 0u;
+    found.size = 1;
+  }
+  found.block = code_block(code);
+  found.level = code_level(code);
+  found.kind = code_kind(code);
+  found.top.ahead = false;
+  if (kLiquidLevels && found.level < 16u) {
+    found.top = liquid_top(w, found.level);
+    if (!found.top.liquid) found.kind = 0u;
+    found.size = 1;
+  }
+  return found;
+}
+
+/// On through the medium, up to what isn't it, or may end the ray. False: out of all regions. Software runs all of a
+/// loop's body at each step, so this is all that there is in it.
+bool walk_through(inout BlockWalk w, uint medium, float end, out Found found) {
+  bool met = false, inside = true;
+  for (int regions = 0; inside && !met && regions < 4096; ++regions) {
+    for (int steps = 0; steps < 4096; ++steps) {
+      found = found_by(w);
+      met = found.kind != medium || (kShapeCodes && found.shape != kNoQuad) || ((kMeshes || kBodies) && end <= w.t);
+      if (met) break;
+      if (kLiquidLevels && cross_top(w, found.top, found.level)) continue;
+      leave_cube(w, found.size);
+      if (left_region(w)) break;
+    }
+    if (!met) inside = enter_region(w);
+  }
+  return met;
+}
+
 /// What one ray shows; `mirrored_ray`: the first part of it that is mirrored where it bends, if that is worth it.
 vec3 ray_radiance(FollowedRay ray, bool bends, inout int interfaces, out FollowedRay mirrored_ray) {
   mirrored_ray.through = vec3(0);
@@ -75,27 +120,14 @@ vec3 ray_radiance(FollowedRay ray, bool bends, inout int interfaces, out Followe
   float last = 0.0;
   BlockWalk w = begin_walk(ray.voxel, ray.fraction, ray.direction);
   StraightEnd end = straight_end(w);
-  for (int steps = 0; steps < 4096; ++steps) {
+  bool solid = false;
+  Found found;
+  for (int parts = 0; parts < 4096; ++parts) {
+    if (!walk_through(w, medium, end.t, found)) break;
     if (kMeshes || kBodies) {
       if (end.t <= w.t) break;
     }
-    int size;
-    uint code = block_at(w.voxel, w.place, size);
-    uint shape = kNoQuad;
-    if (kShapeCodes && code >= kShapeCode) {
-      shape = code - kShapeCode;
-      code = 0u;
-      size = 1;
-    }
-    const uint block = code_block(code), level = code_level(code);
-    uint kind = block_kinds[2u * code];
-    LiquidTop top;
-    top.ahead = false;
-    if (kLiquidLevels && level < 16u) {
-      top = liquid_top(w, level);
-      if (!top.liquid) kind = 0u;
-      size = 1;
-    }
+    const uint kind = found.kind;
     if (kind != medium && w.axis < 0) {
       // The start is rounded into another block: nothing lies between.
       if (kind == kKindSolid) return added;
@@ -103,9 +135,10 @@ vec3 ray_radiance(FollowedRay ray, bool bends, inout int interfaces, out Followe
     } else if (kind != medium) {
       through *= absorbed_along(layer_block(medium).absorption.xyz, w.t - last);
       last = w.t;
-      if (kind == kKindSolid)
-        return added + through * radiance_scale(eye_absorption().w, layer_block(medium).absorption.w) *
-                           face_radiance(crossed_point(w, block));
+      if (kind == kKindSolid) {
+        solid = true;
+        break;
+      }
       const uint owner = max(kind, medium);  // kinds are in the order of ids
       const SeeThroughBlock of = layer_block(owner);
       const float n_near = layer_block(medium).absorption.w, n_far = layer_block(kind).absorption.w;
@@ -125,7 +158,7 @@ vec3 ray_radiance(FollowedRay ray, bool bends, inout int interfaces, out Followe
         added += through * of.emitted.xyz;
       if (++interfaces > 32) return added;
       if (bends && n_near != n_far) {
-        const FacePoint at = crossed_point(w, block);
+        const FacePoint at = crossed_point(w, found.block);
         vec3 normal = vec3(0);
         normal[w.axis] = w.direction[w.axis] >= 0.0 ? -1.0 : 1.0;
         ivec3 before = at.front, beyond = w.voxel;
@@ -154,9 +187,9 @@ vec3 ray_radiance(FollowedRay ray, bool bends, inout int interfaces, out Followe
       if (all(lessThan(through, vec3(1e-3)))) return added;
     }
     if (kShapeCodes) {
-      if (shape != kNoQuad) {
-        const uint quad = nearest_face(shape, faces_of_shape(shape), vec3(w.voxel - w.start) - w.fraction, w.direction,
-                                       -kFlush, end.t);
+      if (found.shape != kNoQuad) {
+        const uint quad = nearest_face(found.shape, faces_of_shape(found.shape), vec3(w.voxel - w.start) - w.fraction,
+                                       w.direction, -kFlush, end.t);
         if (quad != kNoQuad) {
           end.what = kEndsOnShape;
           end.index = quad;
@@ -164,9 +197,13 @@ vec3 ray_radiance(FollowedRay ray, bool bends, inout int interfaces, out Followe
         }
       }
     }
-    if (kLiquidLevels && cross_top(w, top, level)) continue;
-    if (!leave_cube(w, size)) break;
+    if (kLiquidLevels && cross_top(w, found.top, found.level)) continue;
+    leave_cube(w, found.size);
+    if (left_region(w) && !enter_region(w)) break;
   }
+  if (solid)
+    return added + through * radiance_scale(eye_absorption().w, layer_block(medium).absorption.w) *
+                       face_radiance(crossed_point(w, found.block));
   if (end.what != kEndsOnSky)
     return added + through * absorbed_along(layer_block(medium).absorption.xyz, end.t - last) *
                        radiance_scale(eye_absorption().w, layer_block(medium).absorption.w) * end_radiance(end, w);

@@ -126,7 +126,7 @@ void main() {
   }
   const uvec2 seen = texelFetch(seen_image, pixel, 0).xy;
   bool mirror = kReflection != kReflectionNone && seen.x != 0u && (seen.x & kSeenNoFace) == 0u &&
-                (block_kinds[2u * seen_block(seen.x) + 1u] & 1u) != 0u;
+                (code_properties(seen_block(seen.x)) & 1u) != 0u;
   const bool in_absorber = eye_absorption().xyz != vec3(0);
   if (!kLayerBlocks && of_pixel.head == 0u && !mirror && !in_absorber) return;
   if (kFogShafts) fog_shift = fog_shaft_shift(float(pixel.x), float(pixel.y));

@@ -34,9 +34,9 @@ SHARED_CONST uint kBindLightRegions = 14;  // ivec4 texels: light on faces: hash
 SHARED_CONST uint kBindLightLeafOf = 15;   // uint texels: 4096 a region: 1 + place of the leaf's record; 0: no face
 SHARED_CONST uint kBindLightLeaves = 16;   // uint texels: kLightLeafWords a leaf, SurfaceLightLeaf
 SHARED_CONST uint kBindLightCodes = 17;    // uint texels: a visible face
-SHARED_CONST uint kBindSunMap = 18;        // float[]  depths of the sun's map, row by row; or sun_cascades.shared.h
-SHARED_CONST uint kBindColour = 19;        // image    linear radiance: targets.colour
-SHARED_CONST uint kBindShapeQuads = 20;    // vec4 texels: kQuadVectors each, faces of shapes, see shading/shape.glsl.h
+SHARED_CONST uint kBindSunMap = 18;      // float texels  depths of the sun's map, row by row; or sun_cascades.shared.h
+SHARED_CONST uint kBindColour = 19;      // image    linear radiance: targets.colour
+SHARED_CONST uint kBindShapeQuads = 20;  // vec4 texels: kQuadVectors each, faces of shapes, see shading/shape.glsl.h
 SHARED_CONST uint kBindShapeLit =
     21;  // vec4 texels: two by `lit` of a quad: radiance of albedo 1 under the sky, in the sun
 SHARED_CONST uint kBindSunHeights = 22;        // uint texels: sun_heights.h
@@ -63,9 +63,10 @@ SHARED_CONST uint kBindLighting = 32;        // uint texels  luminaires, media, 
 SHARED_CONST uint kBindSeenLuminaires = 33;  // uint texels  by tile of the picture: offset and length, then the lists
 SHARED_CONST uint kBindFaceLit = 34;  // vec4 texels: six by face under the sky, six in the sun: shading/picture.glsl.h
 SHARED_CONST uint kBindTexels = 35;   // vec4 texels, a byte each: render/textures/texture.shared.h
-SHARED_CONST uint kBindBlockerRegions = 36;  // ivec4[]  of what isn't opaque and stands in the sun's way: hash table
-SHARED_CONST uint kBindBlockerLeaves = 37;   // uint[]   as kBindBlockLeaves
-SHARED_CONST uint kBindBlockerCodes = 38;    // uint[]   as kBindBlockIds: kind of see-through block, or kShapeCode
+SHARED_CONST uint kBindBlockerRegions =
+    36;  // ivec4 texels  of what isn't opaque and stands in the sun's way: hash table
+SHARED_CONST uint kBindBlockerLeaves = 37;   // uint texels  as kBindBlockLeaves
+SHARED_CONST uint kBindBlockerCodes = 38;    // uint texels  as kBindBlockIds: see-through block, or kShapeCode
 SHARED_CONST uint kBindBlockerKinds = 39;    // ivec4 low region, w: slots less 1; high region; SeeThroughBlock[]
 SHARED_CONST uint kBindMirrorStrips = 40;    // vec4[]   mirror_stencil_pass.h: relative to the camera
 SHARED_CONST uint kBindListedFaces = 41;     // uvec2[], or texels: face_blocks.shared.h, as those at 47..54

@@ -68,7 +68,7 @@ world::Status Rasterizer::open(const gpu::DeviceOptions& options) {
   TRY_STATUS(light_grid_.open(*device_));
   TRY_STATUS(fill_textures({}));
   TRY_STATUS(sun_heights_.open(*device_));
-  TRY(sun_map_, gpu::make_buffer(*device_, 0, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::MemoryUse::upload));
+  TRY(sun_map_, gpu::make_texel_buffer(*device_, 0, VK_FORMAT_R32_SFLOAT, 0, gpu::MemoryUse::upload));
   stages_.resize(pass_kinds().size());
   set_level_count(0);
   return shadow_grid_.open(*device_);
@@ -278,7 +278,7 @@ world::Result<uint64_t> Rasterizer::follow_sun_maps(const SunMaps& maps) {
   if (maps.version() == sun_map_version_) return uint64_t{0};
   const std::span<const float> words = maps.words();
   uint64_t bytes = words.size_bytes();
-  const uint64_t limit = std::min<uint64_t>(binding_limit, device_->limits().maxStorageBufferRange);
+  const uint64_t limit = std::min(binding_limit, uint64_t{4} * device_->limits().maxTexelBufferElements);
   if (bytes > limit)
     return world::usage_error("the sun's map is too large for this device (" + std::to_string(bytes >> 20) +
                               " MiB, at most " + std::to_string(limit >> 20) +
@@ -291,7 +291,7 @@ world::Result<uint64_t> Rasterizer::follow_sun_maps(const SunMaps& maps) {
       bytes += part.size_bytes();
     }
   } else {
-    TRY_STATUS(context().fill(sun_map_, words.data(), bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
+    TRY_STATUS(context().fill_texels(sun_map_, VK_FORMAT_R32_SFLOAT, words.data(), bytes));
   }
   sun_map_frame_ = maps.frame();
   sun_map_version_ = maps.version();

@@ -22,12 +22,12 @@ SHARED_CONST uint kBindLayerShown = 71;      // texture  weighted: sum of weight
 SHARED_CONST uint kBindLayerDepth = 72;      // texture  weighted: optical depth; a: -log of what passes all layers
                                              //          sorted: what passes them
 SHARED_CONST uint kBindLayerRest = 73;       // texture  weighted: absorption that is entered and not left
-SHARED_CONST uint kBindBlockRegions = 74;    // ivec4[]  grid of blocks: hash table, as kBindRegions
-SHARED_CONST uint kBindBlockLeaves = 75;     // uint[]   4096 a region: kBlockUniform | block, or place of its ids
-SHARED_CONST uint kBindBlockIds = 76;        // uint[]   256 a mixed leaf: two ids a word
-SHARED_CONST uint kBindBlockKinds = 77;      // uint[2n] by code: kind, or kKindSolid; 1 for a mirror, kKind...Shift
-SHARED_CONST uint kBindBehind = 78;          // image    the picture without layers: what bent rays sample
-SHARED_CONST uint kBindMirrored = 79;        // float[]  planar: the picture from behind the mirror
+SHARED_CONST uint kBindBlockRegions = 74;    // ivec4 texels  grid of blocks: hash table, as kBindRegions
+SHARED_CONST uint kBindBlockLeaves = 75;     // uint texels  4096 a region: kBlockUniform | block, or place of its ids
+SHARED_CONST uint kBindBlockIds = 76;        // uint texels  256 a mixed leaf: two ids a word
+SHARED_CONST uint kBindBlockKinds = 77;  // uvec2 texels  by code: kind, or kKindSolid; 1 for a mirror, kKind...Shift
+SHARED_CONST uint kBindBehind = 78;      // image    the picture without layers: what bent rays sample
+SHARED_CONST uint kBindMirrored = 79;    // float[]  planar: the picture from behind the mirror
 
 SHARED_CONST uint kBindLayerSorted = 80;  // uvec4[]  sorted: the two words of a record, and its chunk
 

@@ -126,7 +126,7 @@ world::Status TransparencyPass::follow_blocks(PassContext& context, const Drawin
     first_code[id] = static_cast<uint32_t>(kinds.size() / 2) - 1;
     for (uint32_t level = 1; level < kFullLevel; ++level) add(block, level);
   }
-  TRY_STATUS(context.fill(block_kinds_, kinds.data(), kinds.size() * 4, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT));
+  TRY_STATUS(context.fill_texels(block_kinds_, VK_FORMAT_R32G32_UINT, kinds.data(), kinds.size() * 4));
   context.bindings.bind(kBindBlockKinds, block_kinds_);
   draws_.shape_codes = false;
   if (!order_->needs_block_grid(drawing)) {

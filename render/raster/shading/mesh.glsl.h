@@ -91,7 +91,9 @@ vec3 mesh_radiance_at(uint triangle, vec3 hit, vec3 ray) {
                      triangle);
   }
   vec3 arrives = vec3(sun);
-  if (kSunBlockers && sun > 0.0) arrives *= sun_let_through(p.voxel, p.fraction + p.lift * normal);
+  if (kSunBlockers) {  // one condition each: specialised, it takes all that it holds out of the shader
+    if (sun > 0.0) arrives *= sun_let_through(p.voxel, p.fraction + p.lift * normal);
+  }
   if (kCloudShadows && sun > 0.0) arrives *= sun_through_clouds(p.voxel, p.fraction);
   const Material of_block = material_of(block);
   vec3 emitted = smooth_surface ? of_block.emitted : vec3(0);

@@ -50,7 +50,9 @@ vec3 shape_radiance_at(uint quad, ivec3 cell, vec3 fraction, vec3 ray) {
   if (kSunShadow == kSunShadowRay && visible) visible = sun_visible(cell, fraction, kNoTriangle);
   vec3 sun = vec3(visible ? 1.0 : 0.0);
   if (kSunShadow == kSunShadowMap && visible) sun = vec3(sun_by_map(cell, fraction, axis, kNoTriangle));
-  if (kSunBlockers && visible) sun *= sun_let_through(cell, fraction);
+  if (kSunBlockers) {  // one condition each: specialised, it takes all that it holds out of the shader
+    if (visible) sun *= sun_let_through(cell, fraction);
+  }
   if (kCloudShadows && visible) sun *= sun_through_clouds(cell, fraction);
   LitPoint p;
   p.voxel = cell;

@@ -15,7 +15,8 @@ float sun_through_clouds(const ivec3 voxel, const vec3 fraction) {
 float sun_map_lit_at(const SunMapFrame frame, const vec2 at, const float reach) {
   if (!(at.x >= 0.0 && at.y >= 0.0 && at.x < float(frame.size.x - 1) && at.y < float(frame.size.y - 1))) return 1.0;
   const uint first = uint(at.y) * uint(frame.size.x) + uint(at.x), next = first + uint(frame.size.x);
-  return sun_map_lit(vec4(sun_map[first], sun_map[first + 1u], sun_map[next], sun_map[next + 1u]), fract(at), reach);
+  return sun_map_lit(vec4(sun_map_word(first), sun_map_word(first + 1u), sun_map_word(next), sun_map_word(next + 1u)),
+                     fract(at), reach);
 }
 
 /// SunMaps::lit()

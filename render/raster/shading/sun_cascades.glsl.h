@@ -7,21 +7,23 @@
 
 layout(constant_id = kSpecSunCascades) const int kSunCascades = 0;  // 0: one map
 layout(constant_id = kSpecSunMapFilter) const int kSunMapFilter = 1;
-layout(binding = kBindSunMap, std430) readonly buffer SunMap { float sun_map[]; };
+layout(binding = kBindSunMap) uniform samplerBuffer sun_map;
+
+float sun_map_word(uint at) { return texelFetch(sun_map, int(at)).x; }
 
 float sun_cascade_lit(const int cascade, const vec3 place, const float cosine) {
-  const float texel = sun_map[uint(cascade + 1) * kSunCascadeWords];
-  const int side = int(sun_map[2]);
+  const float texel = sun_map_word(uint(cascade + 1) * kSunCascadeWords);
+  const int side = int(sun_map_word(2));
   const float reach = place.z - sun_map_filtered_bias(texel, cosine, kSunMapFilter);
   float sum = 0.0;
   for (int j = 0; j < kSunMapFilter; ++j)
     for (int i = 0; i < kSunMapFilter; ++i) {
       const vec2 at = place.xy / texel - 0.5 * float(kSunMapFilter) + vec2(i, j), base = floor(at);
       const ivec2 t = ivec2(base);
-      const vec4 depths = vec4(sun_map[sun_cascade_slot(cascade, t.x, t.y, side)],
-                               sun_map[sun_cascade_slot(cascade, t.x + 1, t.y, side)],
-                               sun_map[sun_cascade_slot(cascade, t.x, t.y + 1, side)],
-                               sun_map[sun_cascade_slot(cascade, t.x + 1, t.y + 1, side)]);
+      const vec4 depths = vec4(sun_map_word(sun_cascade_slot(cascade, t.x, t.y, side)),
+                               sun_map_word(sun_cascade_slot(cascade, t.x + 1, t.y, side)),
+                               sun_map_word(sun_cascade_slot(cascade, t.x, t.y + 1, side)),
+                               sun_map_word(sun_cascade_slot(cascade, t.x + 1, t.y + 1, side)));
       sum += sun_map_lit(depths, at - base, reach);
     }
   return sum / float(kSunMapFilter * kSunMapFilter);
@@ -29,10 +31,10 @@ float sun_cascade_lit(const int cascade, const vec3 place, const float cosine) {
 
 /// place: m, of the maps' frame.
 float sun_cascades_lit(const vec3 place, const float cosine) {
-  const vec2 aside = abs(place.xy - vec2(sun_map[0], sun_map[1]));
+  const vec2 aside = abs(place.xy - vec2(sun_map_word(0), sun_map_word(1)));
   const float distance = max(aside.x, aside.y);
   for (int k = 0; k < kSunCascades; ++k) {
-    const float reach = sun_map[uint(k + 1) * kSunCascadeWords + 1u];
+    const float reach = sun_map_word(uint(k + 1) * kSunCascadeWords + 1u);
     if (!(distance <= reach)) continue;
     const float own = sun_cascade_lit(k, place, cosine);
     const float next = k + 1 < kSunCascades ? sun_cascade_blend(distance, reach) : 0.0;

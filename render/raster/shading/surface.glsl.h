@@ -120,7 +120,9 @@ vec3 face_radiance(const FacePoint p) {
   }
   vec3 sun = vec3(visible ? 1.0 : 0.0);
   if (kSunShadow == kSunShadowMap && visible) sun = vec3(sun_by_map(start, place, axis, kNoTriangle));
-  if (kSunBlockers && visible) sun *= sun_let_through(start, place);
+  if (kSunBlockers) {  // one condition each: specialised, it takes all that it holds out of the shader
+    if (visible) sun *= sun_let_through(start, place);
+  }
   if (kCloudShadows && visible) sun *= sun_through_clouds(start, place);
   LitPoint at;
   at.voxel = start;
