@@ -153,7 +153,7 @@ twins() {
   twin "meshes: a bottle in red light" bottle nightclub --set light_transport=direct
   twin "meshes: two blocks under a square lamp" blocks cornell --set light_transport=direct light_samples=16
   twin "a level set, sphere.vdb, by triangles and by its field" sphere "$data/vdb/sphere.vdb" --set contours=field
-  twin "rain" rain rainstorm --camera drenched --ticks 200
+  twin "rain" rain shower --ticks 240
   twin "clouds, their shadows, and a lake that mirrors them" clouds fair_weather --camera lake
   twin "snow" snow snowfall --camera pond --ticks 700
   twin "scene_church1.vox" church "$data/vox/scene_church1.vox" --position -10 20 22 --look-at 66 4 -60 --fov 42 \

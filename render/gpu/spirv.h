@@ -12,6 +12,8 @@ namespace render::gpu {
 struct ShaderBinding {
   uint32_t binding;
   VkDescriptorType type;
+  /// Of a buffer of texels: a format of the numbers that the shader reads, floats, or integers of either kind.
+  VkFormat texels = VK_FORMAT_UNDEFINED;
   friend bool operator==(const ShaderBinding&, const ShaderBinding&) = default;
 };
 

@@ -24,8 +24,10 @@ world::Status Bindings::open(gpu::Device& device) {
   TRY_STATUS(device.run([&](VkCommandBuffer commands) {
     image_discard(commands, no_image_.handle, VK_IMAGE_ASPECT_COLOR_BIT, kNothing, kNothing);
   }));
+  for (const VkFormat format : {VK_FORMAT_R32G32B32A32_SINT, VK_FORMAT_R32G32B32A32_UINT}) {
+    TRY(no_texels_[format], gpu::make_texel_buffer(device, 0, format, 0, gpu::MemoryUse::device));
+  }
   empty_.buffer = {no_buffer_.handle, 0, VK_WHOLE_SIZE};
-  empty_.texels = no_buffer_.texels;
   empty_.image = {VK_NULL_HANDLE, no_image_.view, VK_IMAGE_LAYOUT_GENERAL};
   return {};
 }
@@ -48,7 +50,7 @@ void Bindings::bind(uint32_t binding, const gpu::DeviceImage& image, VkSampler s
 world::Status Bindings::add_pool() {
   const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 4 * kSetsInPool},
                                         {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 32 * kSetsInPool},
-                                        {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 8 * kSetsInPool},
+                                        {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 24 * kSetsInPool},
                                         {VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE, 8 * kSetsInPool},
                                         {VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 8 * kSetsInPool},
                                         {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 8 * kSetsInPool},
@@ -81,12 +83,15 @@ world::Result<VkDescriptorSet> Bindings::make_set(const Pipeline& pipeline) {
     ++pool_;
   }
   std::vector<VkWriteDescriptorSet> writes;
+  std::vector<VkBufferView> views;
+  views.reserve(pipeline.bindings.size());  // writes point to them
   for (const gpu::ShaderBinding& b : pipeline.bindings) {
     const auto found = bound_.find(b.binding);
     const bool is_set = found != bound_.end() && found->second.set;
     const bool is_texels = b.type == VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
     CHECK(is_set || is_buffer(b.type) || is_texels || b.type == VK_DESCRIPTOR_TYPE_STORAGE_IMAGE);
     const Bound& what = is_set ? found->second : empty_;
+    const VkBufferView texels = is_set ? what.texels : empty_texels(b.texels);
     auto write = gpu::vk_info<VkWriteDescriptorSet>(VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET);
     write.dstSet = set;
     write.dstBinding = b.binding;
@@ -94,12 +99,19 @@ world::Result<VkDescriptorSet> Bindings::make_set(const Pipeline& pipeline) {
     write.descriptorType = b.type;
     write.pBufferInfo = is_buffer(b.type) ? &what.buffer : nullptr;
     write.pImageInfo = is_buffer(b.type) ? nullptr : &what.image;
-    write.pTexelBufferView = &what.texels;
-    CHECK(!is_texels || what.texels != VK_NULL_HANDLE);
+    if (is_texels) {
+      CHECK(texels != VK_NULL_HANDLE);
+      write.pTexelBufferView = &views.emplace_back(texels);
+    }
     writes.push_back(write);
   }
   vkUpdateDescriptorSets(device_->handle(), static_cast<uint32_t>(writes.size()), writes.data(), 0, nullptr);
   return set;
+}
+
+VkBufferView Bindings::empty_texels(VkFormat format) const {
+  const auto integers = no_texels_.find(format);
+  return integers == no_texels_.end() ? no_buffer_.texels : integers->second.texels;
 }
 
 VkDescriptorSet Bindings::set_for(const Pipeline& pipeline) {

@@ -34,7 +34,7 @@ class Bindings {
   void forget_all() { bound_.clear(); }
 
   /// Binds the pipeline and a set of what is bound now. A buffer or storage image that nobody has bound is an empty
-  /// one, as is a buffer of texels (of floats); any other image without a binding is a bug.
+  /// one, as is a buffer of texels; any other image without a binding is a bug.
   void use(VkCommandBuffer commands, const Pipeline& pipeline) { bind_set(commands, pipeline, set_for(pipeline)); }
   /// The two halves of use(), for pipelines that take turns: each has a set of its own, since what a shader doesn't use
   /// under its constants is not in its layout. A set that couldn't be made (see status()) binds nothing.
@@ -46,11 +46,14 @@ class Bindings {
  private:
   world::Result<VkDescriptorSet> make_set(const Pipeline& pipeline);
   world::Status add_pool();
+  /// Of the numbers that a shader reads.
+  VkBufferView empty_texels(VkFormat format) const;
 
   gpu::Device* device_ = nullptr;
   std::map<uint32_t, Bound> bound_;
   Bound empty_;
-  gpu::Buffer no_buffer_;
+  gpu::Buffer no_buffer_;                      // its texels are floats
+  std::map<VkFormat, gpu::Buffer> no_texels_;  // of integers
   gpu::DeviceImage no_image_;
   std::vector<gpu::Owned<VkDescriptorPool>> pools_;
   size_t pool_ = 0;  // the one in use; those before are full

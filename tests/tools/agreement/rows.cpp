@@ -37,6 +37,7 @@ std::vector<AgreementRow> rows() {
       {.effect = "rainstorm", .world = "rainstorm"},
       {.effect = "ruin", .world = "ruin"},
       {.effect = "shapes", .world = "shapes"},
+      {.effect = "shower", .world = "shower"},
       {.effect = "snowfall", .world = "snowfall"},
       {.effect = "u_tube", .world = "u_tube"},
       {.effect = "valley", .world = "valley"},
@@ -567,6 +568,7 @@ std::vector<AgreementRow> rows() {
       {.effect = "bodies in water, behind glass", .world = "bodies in water and behind glass"},
       {.effect = "the same, as the tracer has it", .world = "bodies by the tracer"},
       {.effect = "rain", .world = "rainstorm", .ticks = 200},
+      {.effect = "rain in the light of lamps", .world = "shower", .ticks = 240},
       {.effect = "snow that lies on ice", .world = "snowfall", .cameras = "pond", .ticks = 700},
       {.effect = "smoke and sparks of a fire", .world = "burning_house", .ticks = 300},
 
