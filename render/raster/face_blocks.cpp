@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
-#include <numeric>
 
 #include "face_blocks.comp.spv.h"
 #include "face_setup.comp.spv.h"
@@ -22,15 +20,6 @@ constexpr uint32_t kFewestFaces = 16384;  // that there is room for
 constexpr uint64_t kUneven = 16;
 constexpr uint32_t kFewestOfBlock = 64, kMostAtFirst = 1024;
 constexpr uint64_t kSeenBytes = 2 * sizeof(uint32_t);
-
-/// A number without a common factor with `count`, near its golden section: i * stride % count takes each of them once,
-/// and any run of them from all over. Software gives each of its threads one run of a dispatch's groups: of a picture's
-/// the first would get the sky, and the last the ground.
-uint32_t spreading_stride(uint32_t count) {
-  auto stride = static_cast<uint32_t>(std::lround(0.618 * count));
-  while (std::gcd(stride, count) != 1) ++stride;
-  return stride;
-}
 
 }  // namespace
 

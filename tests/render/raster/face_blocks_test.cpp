@@ -1,11 +1,14 @@
 /// Faces of cubes that dispatches draw (render/raster/face_blocks.h): the picture is that of the pipeline, in these
 /// worlds bit by bit, and nothing of it is there where it isn't called for.
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "render/raster/block_lists.h"
 #include "render/raster/raster.h"
 #include "render/raster/rasterizer.h"
 #include "tests/render/raster/compare_pictures.h"
@@ -14,6 +17,26 @@
 
 namespace render {
 namespace {
+
+/// Threads of a processor get a run of the groups each; the ground is a run of a picture's rows.
+TEST(SpreadingStride, TakesEachOnceAndGivesHalvesTheirShareOfAnyTenth) {
+  for (const uint32_t count : {1u, 2u, 3u, 4u, 5u, 6u, 30u, 97u, 450u, 1800u, 65535u}) {
+    const uint32_t stride = raster::spreading_stride(count);
+    std::vector<uint32_t> place(count, count);
+    for (uint32_t i = 0; i < count; ++i) place[uint64_t{i} * stride % count] = i;
+    ASSERT_EQ(std::count(place.begin(), place.end(), count), 0) << count;
+    if (count < 30) continue;
+    const uint32_t tenth = count / 10;
+    for (uint32_t first = 0; first + tenth <= count; first += tenth) {
+      const auto in_first_half = std::count_if(place.begin() + first, place.begin() + first + tenth,
+                                               [&](uint32_t i) { return i < count / 2; });
+      // By the three-distance theorem gaps of multiples of a number near the golden section differ by at most its
+      // square (Vera Sos. On the distribution mod 1 of the sequence n alpha. 1958): ends of a run and of a tenth cut
+      // one each.
+      EXPECT_LE(std::abs(static_cast<double>(in_first_half) - tenth / 2.0), 2) << count << " " << first;
+    }
+  }
+}
 
 uint64_t faces_listed(const Frame& frame) { return work(frame, "faces_listed"); }
 

@@ -1,5 +1,6 @@
 // Luminaires and media of the rasterizer: how many there may be, what they cost, and limits that they must meet. That
 // they look as the ray caster has them is claimed in tests/tools/agreement/rows.cpp.
+#include <bit>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -336,6 +337,33 @@ TEST(RasterLighting, AnAbsentOrPowerlessEffectCostsNothingAndChangesNothing) {
   w.luminaires.clear();
   EXPECT_EQ(drawn(raster(), w, camera, {}).pixels, without.pixels);
   EXPECT_EQ(raster().rasterizer().lighting().bytes(), 0u);
+}
+
+/// Software runs the code of all kinds that a shader has for each luminaire. Of an omni nothing is seen itself: what a
+/// shader would read of those is an empty buffer, of the numbers that it reads.
+TEST(RasterLighting, ShadersHaveTheKindsOfLuminairesThatShineAndThoseChangeNoOther) {
+  World w = hills();
+  const Camera camera = hill_cameras()[0].camera;
+  Luminaire bright = luminaire("omni"), faint = luminaire("rectangle"), off = luminaire("spot");
+  bright.power = {5e4f, 5e4f, 5e4f}, bright.position = WorldPoint::from(10.5, 40, 20.5);
+  faint.power = {1e-9f, 1e-9f, 1e-9f}, faint.position = WorldPoint::from(0, 60, 0);
+  off.power = {};
+  const auto kinds = [] { return raster().rasterizer().lighting().variant().luminaire_kinds; };
+  w.luminaires = {bright, off};
+  const Image alone = drawn(raster(), w, camera, {});
+  const uint32_t of_omni = kinds();
+  EXPECT_EQ(std::popcount(of_omni), 1);
+  w.luminaires = {bright, faint, off};
+  EXPECT_EQ(share_within(drawn(raster(), w, camera, {}), alone, 1), 1);
+  EXPECT_EQ(std::popcount(kinds()), 2);
+  EXPECT_EQ(kinds() & of_omni, of_omni);
+  w.luminaires = {bright};
+  EXPECT_EQ(drawn(raster(), w, camera, {}).pixels, alone.pixels);
+  EXPECT_EQ(kinds(), of_omni);
+  w.luminaires.clear();
+  drawn(raster(), w, camera, {});
+  EXPECT_EQ(kinds(), 0u);
+  EXPECT_EQ(raster().messages(), std::vector<std::string>{});
 }
 
 TEST(RasterLuminaires, OnAPlaneOfAFaceGivesItNothingAndInASolidNothingAtAll) {  // hard cases S4 and S5
