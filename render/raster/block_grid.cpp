@@ -180,7 +180,8 @@ Result<uint64_t> BlockGrid::rebuild(gpu::Device& device, const WorldView& view, 
   used_ = static_cast<uint32_t>(mixed.size());
   room_ = used_ + used_ / 8 + 64;
   const uint64_t table_bytes = table.size() * sizeof(ivec4), leaf_bytes = leaves.size() * 4,
-                 id_bytes = uint64_t{room_} * kIdWords * 4, limit = uint64_t{4} * device.limits().maxTexelBufferElements;
+                 id_bytes = uint64_t{room_} * kIdWords * 4,
+                 limit = uint64_t{4} * device.limits().maxTexelBufferElements;
   if (std::max(leaf_bytes, id_bytes) > limit) return too_large(std::max(leaf_bytes, id_bytes), limit);
   const auto texels = [&](uint64_t bytes, VkFormat format) {
     return gpu::make_texel_buffer(device, bytes, format, VK_BUFFER_USAGE_TRANSFER_DST_BIT, gpu::MemoryUse::device);

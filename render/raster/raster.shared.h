@@ -63,8 +63,7 @@ SHARED_CONST uint kBindLighting = 32;        // uint texels  luminaires, media, 
 SHARED_CONST uint kBindSeenLuminaires = 33;  // uint texels  by tile of the picture: offset and length, then the lists
 SHARED_CONST uint kBindFaceLit = 34;  // vec4 texels: six by face under the sky, six in the sun: shading/picture.glsl.h
 SHARED_CONST uint kBindTexels = 35;   // vec4 texels, a byte each: render/textures/texture.shared.h
-SHARED_CONST uint kBindBlockerRegions =
-    36;  // ivec4 texels  of what isn't opaque and stands in the sun's way: hash table
+SHARED_CONST uint kBindBlockerRegions = 36;  // ivec4 texels  of what dims or hides the sun and isn't opaque: hash table
 SHARED_CONST uint kBindBlockerLeaves = 37;   // uint texels  as kBindBlockLeaves
 SHARED_CONST uint kBindBlockerCodes = 38;    // uint texels  as kBindBlockIds: see-through block, or kShapeCode
 SHARED_CONST uint kBindBlockerKinds = 39;    // ivec4 low region, w: slots less 1; high region; SeeThroughBlock[]
@@ -150,8 +149,8 @@ SHARED_CONST uint kSpecFogShafts = 47;        // bool: fog asks for the sun alon
 SHARED_CONST uint kSpecCoarseFaces = 48;     // bool: pixels may see faces of coarser levels, or stand-ins (kSeenPlaced)
 SHARED_CONST uint kSpecViewEnds = 49;        // bool: the view distance ends before the world does
 SHARED_CONST uint kSpecMediumKinds = 50;     // bits of MEDIUM_... and kMediumDensityGrid: those that there are
-SHARED_CONST uint kSpecLuminaireKinds = 52;  // bits of LUMINAIRE_..., and kLuminaire...: those that there are
 SHARED_CONST uint kSpecCloudsBefore = 51;    // bool: clouds may lie before others than the sky: SkyView
+SHARED_CONST uint kSpecLuminaireKinds = 52;  // bits of LUMINAIRE_..., and kLuminaire...: those that there are
 
 /// A record of SurfaceLightLeaf in words: 16 a direction of faces, 4 a direction of counts before slices, the first
 /// code.
