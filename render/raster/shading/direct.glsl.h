@@ -118,15 +118,17 @@ vec3 one_luminaire(uint number, const LitPoint p, const Scatterer s) {
   return sum / float(samples);
 }
 
-/// What reaches the cell that holds a voxel: where its list is, and how long.
+/// What reaches the cell that holds a voxel: where its list is, and how long. Bounded as find_blocker_region() is.
 uvec2 luminaires_of_cell(ivec3 voxel) {
   const ivec3 cell = voxel >> picture.light_cells.z;
-  for (uint i = region_hash(cell.x, cell.y, cell.z);; ++i) {
-    const uint at = picture.light_cells.x + (i & picture.light_cells.y) * kCellWords;
+  const uint last = picture.light_cells.y;
+  for (uint k = 0u, i = region_hash(cell.x, cell.y, cell.z); k <= last; ++k, ++i) {
+    const uint at = picture.light_cells.x + (i & last) * kCellWords;
     const uint list = lighting_word(at + 3u);
     if (list == 0u) return uvec2(0);
     if (lighting_ivec3(at) == cell) return uvec2(list, lighting_word(at + 4u));
   }
+  return uvec2(0);
 }
 
 /// All of them in one loop: each further place that calls one_luminaire() is so much more to compile.
