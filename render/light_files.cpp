@@ -21,6 +21,10 @@ using world::Luminaire;
 using world::Result;
 using world::Status;
 
+LightImage light_of(const Image& image) {
+  return {image.width, image.height, {image.pixels.begin(), image.pixels.end()}};
+}
+
 LightImage light_from_png(const PngFile& file) {
   LightImage image{file.width, file.height, {}};
   const float most = file.bits == 16 ? 65535.0f : 255.0f;
@@ -43,12 +47,12 @@ Result<LightImage> read_light_image(const std::filesystem::path& path) {
     return light_from_png(file);
   }
   if (extension == ".exr") {
-    TRY(ExrFile file, read_exr(path));
-    return LightImage{file.image.width, file.image.height, std::move(file.image.pixels)};
+    TRY(const ExrFile file, read_exr(path));
+    return light_of(file.image);
   }
   if (extension == ".hdr" || extension == ".pic") {
-    TRY(Image image, read_hdr(path));
-    return LightImage{image.width, image.height, std::move(image.pixels)};
+    TRY(const Image image, read_hdr(path));
+    return light_of(image);
   }
   return input_error(fmt::format("{}: is no .png, .exr or .hdr", path.string()));
 }

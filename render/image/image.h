@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "world/base/unset.h"
 #include "world/units/quantity.h"
 
 namespace render {
@@ -13,10 +14,18 @@ static_assert(sizeof(Rgb) == 12);
 
 struct Image {
   int width = 0, height = 0;
-  std::vector<Rgb> pixels;  // width * height
+  std::vector<Rgb, world::UnsetAllocator<Rgb>> pixels;  // width * height
 
   Image() = default;
-  Image(int w, int h) : width(w), height(h), pixels(static_cast<size_t>(w) * static_cast<size_t>(h)) {}
+  /// Black.
+  Image(int w, int h) : width(w), height(h), pixels(static_cast<size_t>(w) * static_cast<size_t>(h), Rgb{}) {}
+  /// To be written whole: what its pixels hold is anything.
+  static Image unset(int w, int h) {
+    Image image;
+    image.width = w, image.height = h;
+    image.pixels.resize(static_cast<size_t>(w) * static_cast<size_t>(h));
+    return image;
+  }
   Rgb& at(int x, int y) { return pixels[static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)]; }
   const Rgb& at(int x, int y) const {
     return pixels[static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)];

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
-#include <future>
 
 #include "render/raster/stopwatch.h"
 #include "world/base/jobs.h"
@@ -411,9 +410,6 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
   for (const PassReport& row : report.passes) prepare_ms -= row.ms;
   report.passes.insert(report.passes.begin(), {"prepare", prepare_ms, 0, 0});
 
-  // Its pages are cleared while the device works on vertices, which takes software one thread.
-  std::future<Image> blank;
-  if (shaded.last()) blank = std::async(std::launch::async, [=] { return Image(width, height); });
   TRY_STATUS(device_->run_checked([&](VkCommandBuffer commands) { return record(commands, drawing); }));
   TRY_STATUS(times_.report(report));
   watch.lap_ms();
@@ -428,7 +424,7 @@ world::Result<Frame> Rasterizer::draw(const world::WorldView& view, const Camera
     report.ms = whole.lap_ms();
     return frame;
   }
-  frame.image = blank.get();
+  frame.image = Image::unset(width, height);
   if (finishes_) {
     const EffectOutcome outcome = effects_.read(frame.image);
     report.metered_ev = outcome.metered_ev, report.not_finite = outcome.not_finite;

@@ -102,7 +102,7 @@ TEST(HardCaseN7, HalfPicturesClampWhatDoesNotFit) {
   ASSERT_TRUE(write_exr(folder / "h.exr", image, {}, ExrPrecision::half).ok());
   const auto file = read_exr(folder / "h.exr");
   ASSERT_TRUE(file.ok()) << file.error().message;
-  const std::vector<Rgb>& p = file->image.pixels;
+  const auto& p = file->image.pixels;
   EXPECT_EQ(p[0], (Rgb{65504.0f, 65504.0f, -65504.0f}));
   EXPECT_EQ(p[1].r, 2048.0f);
   EXPECT_EQ(p[1].g, 0.0f);
