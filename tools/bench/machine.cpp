@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
+#include <map>
 #include <thread>
 
 #include <hwy/targets.h>
@@ -25,12 +26,17 @@ std::string first_line(const char* path) {
   return line;
 }
 
+/// As the system calls it, and the family and model numbers, since processors of unlike speed share a name ("AMD
+/// EPYC").
 std::string cpu_model() {
   std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);)
-    if (line.rfind("model name", 0) == 0)
-      if (const size_t colon = line.find(": "); colon != std::string::npos) return line.substr(colon + 2);
-  return "unknown";
+  std::map<std::string, std::string> first;  // of the first processor
+  for (std::string line; std::getline(file, line) && !line.empty();)
+    if (const size_t colon = line.find(": "); colon != std::string::npos)
+      first[line.substr(0, line.find_last_not_of(" \t:", colon) + 1)] = line.substr(colon + 2);
+  if (!first.contains("model name")) return "unknown";
+  if (!first.contains("cpu family") || !first.contains("model")) return first["model name"];
+  return first["model name"] + " (family " + first["cpu family"] + ", model " + first["model"] + ")";
 }
 
 }  // namespace

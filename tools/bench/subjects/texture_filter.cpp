@@ -8,6 +8,7 @@
 /// exact  the mean over 8 x 8 places of each pixel's footprint
 /// The reference is the mean of 16 x 16 pictures by `point`, each through another place of the pixels. Pixels in which
 /// pictures without textures differ hold an edge of something, and don't count.
+#include <algorithm>
 #include <memory>
 
 #include <fmt/format.h>
@@ -24,7 +25,7 @@ constexpr int kWidth = 640, kHeight = 360;
 
 render::RenderKnobs knobs_of(render::TextureFilter filter, int anisotropy) {
   render::RenderKnobs knobs;
-  knobs.textures = filter, knobs.texture_anisotropy = anisotropy;
+  knobs.textures = filter, knobs.texture_anisotropy = std::max(anisotropy, 1);  // of the filters that have probes
   knobs.sun_shadow = render::SunShadow::none;
   knobs.view_distance = 256;
   knobs.lod_error_px = 0;
