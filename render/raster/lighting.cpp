@@ -30,9 +30,6 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-bool gives_light(const Luminaire& l) {
-  return l.enabled && (l.power.max() > 0 || l.irradiance.max() > 0 || l.radiance.max() > 0);
-}
 bool has_strength(const Medium& m) { return m.absorption.max() > 0 || m.scattering.max() > 0; }
 /// Whether it only fills meshes, whose insides the rasterizer doesn't follow.
 bool fills_meshes(const world::World& world, const Medium& m) {
@@ -120,20 +117,6 @@ uint64_t signature_of(const world::World& world, const SkyView& sky, const Rende
   return s.value();
 }
 
-/// The largest radiant intensity of any direction and band, W/sr; infinite where it doesn't fall as 1 / r^2.
-double largest_intensity(const Luminaire& l, const world::LuminaireTables& t) {
-  const double colour = std::max({t.colour.x, t.colour.y, t.colour.z});
-  double brightest = 1;
-  if (l.light_image)
-    for (const world::Radiance3& p : l.light_image->pixels) brightest = std::max(brightest, double{p.max()});
-  if (l.kind == "unified_point") {
-    // M = Phi / (4 pi (a.x + a.y r + a.z r^2)) is at most that of a.z alone.
-    return l.attenuation.z > 0 ? colour / (4 * kPi * l.attenuation.z) : std::numeric_limits<double>::infinity();
-  }
-  const bool point = t.area == 0, ball = l.kind == "sphere";
-  return brightest * colour / (point || ball ? 4 * kPi : kPi);
-}
-
 }  // namespace
 
 world::Status Lighting::add_luminaires(const world::World& world, const RenderKnobs& knobs,
@@ -213,19 +196,7 @@ world::Status Lighting::add_luminaires(const world::World& world, const RenderKn
     at[kLumArea] = bits(finite ? t.area : 0);
 
     // How far it reaches, and what of it is seen.
-    LightCells::Light light;
-    light.position = l.position;
-    light.finite = finite;
-    light.intensity = largest_intensity(l, t);
-    if (!std::isfinite(light.intensity)) light.finite = false;
-    double extent = 0;
-    if (l.kind == "rectangle") extent = 0.5 * glm::length(Vec3d(e.extent.x, e.extent.y, 0));
-    if (l.kind == "disk" || l.kind == "sphere") extent = e.radius;
-    for (const Vec3f& corner : l.triangles) extent = std::max(extent, double{glm::length(corner)});
-    light.radius = extent;
-    light.one_sided = l.kind == "rectangle" || l.kind == "disk" || l.kind == "spot" || l.kind == "gobo";
-    light.axis = e.axis;
-    if (light.one_sided) light.half_angle = extent > 0 ? kPi / 2 : double{l.half_angle};
+    const LightCells::Light light = LightCells::light_of(l, t);
     lights_.push_back(light);
     if (!l.visible || impulse) continue;
     if (!finite) {
@@ -238,12 +209,10 @@ world::Status Lighting::add_luminaires(const world::World& world, const RenderKn
         seen_parts_.push_back({i, k, l.position, centre, radius});
       }
     } else {
-      seen_parts_.push_back({i, 0, l.position, Vec3d(0), extent});
+      seen_parts_.push_back({i, 0, l.position, Vec3d(0), light.radius});
     }
   }
-  // A share of the display's white at this exposure, as irradiance on a white surface.
-  const double white = double{kWhiteRadiance} * std::exp2(-double{knobs.exposure});
-  cells_ = LightCells::make(lights_, kPi * white * knobs.luminaire_cutoff);
+  cells_ = LightCells::make(lights_, LightCells::cutoff_of(knobs.luminaire_cutoff, knobs.exposure));
   for (uint32_t i = 0; i < lights_.size(); ++i)
     words[luminaires_at_ + i * kLuminaireWords + kLumReach] =
         bits(std::min(lights_[i].finite ? cells_.reaches()[i] : 1e18, 1e18));

@@ -13,7 +13,7 @@
 #include "render/camera.h"
 #include "render/gpu/owned.h"
 #include "render/knobs.h"
-#include "render/raster/light_cells.h"
+#include "render/light/light_cells.h"
 #include "render/raster/lighting.shared.h"
 #include "render/raster/raster.shared.h"
 #include "render/sky_view.h"

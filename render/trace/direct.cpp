@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 
+#include "render/light/light_cells.h"
 #include "render/see_through.h"
 #include "render/shading.h"
 #include "render/trace/transport.h"
@@ -180,12 +181,23 @@ Vec3d light_by_light(Transport& t, const Surface& s, const Vec3f& wo, const Samp
   if (t.scene().environment().sun_irradiance.max() > 0 && sunlit)
     sum += one_light(t, {LightKind::sun, 0, 0, {}, world::kNoFace}, 1, sun_casts, s, wo, sampler, dimension);
   const auto& luminaires = t.scene().luminaires();
-  for (uint32_t i = 0; i < luminaires.size(); ++i) {
-    if (!first && !luminaires[i].luminaire->global_illumination) continue;
+  const auto add = [&](uint32_t i) {
+    if (!first && !luminaires[i].luminaire->global_illumination) return;
     sum += one_light(t, {LightKind::luminaire, i, 0, {}, world::kNoFace},
                      luminaires[i].impulse ? 1 : t.knobs().light_samples,
                      t.knobs().luminaire_shadow != LuminaireShadow::none, s, wo, sampler,
                      dimension + (i + 1) * kDimensionsPerVertex * 64);
+  };
+  const LightCells* const cells = t.shared.light_cells;
+  if (!cells) {
+    for (uint32_t i = 0; i < luminaires.size(); ++i) add(i);
+    return sum;
+  }
+  for (const uint32_t i : cells->everywhere()) add(i);
+  const world::WorldPoint place = s.position();
+  for (const uint32_t i : cells->near(place.voxel)) {
+    const Vec3d to = place - luminaires[i].luminaire->position;
+    if (dot(to, to) <= cells->reaches()[i] * cells->reaches()[i]) add(i);
   }
   return sum;
 }

@@ -26,9 +26,6 @@ constexpr double kPi = 3.14159265358979323846;
 Vec3f vector_of(auto bands) { return {bands.r, bands.g, bands.b}; }
 bool any(auto bands) { return bands.max() > 0; }
 
-bool gives_light(const world::Luminaire& l) {
-  return l.enabled && (any(l.power) || any(l.irradiance) || any(l.radiance));
-}
 bool has_strength(const world::Medium& m) { return any(m.absorption) || any(m.scattering); }
 
 /// Whether the surface lets some light through, by an impulse.
@@ -108,7 +105,7 @@ bool calls_for_trace_scene(const world::World& world) {
   // A null surface shows nothing but the medium that it bounds.
   const auto shows = [](const world::MeshInstance& m) { return !m.null_surface || !m.interior_medium.empty(); };
   return std::any_of(world.meshes.begin(), world.meshes.end(), shows) ||
-         std::any_of(world.luminaires.begin(), world.luminaires.end(), gives_light) ||
+         std::any_of(world.luminaires.begin(), world.luminaires.end(), world::gives_light) ||
          std::any_of(world.media.begin(), world.media.end(), has_strength);
 }
 

@@ -8,6 +8,7 @@
 
 #include "render/effects/chain.h"
 #include "render/knob_ranges.h"
+#include "render/light/light_cells.h"
 #include "render/see_through.h"
 #include "render/trace/film.h"
 #include "render/textures/texture_set.h"
@@ -211,6 +212,21 @@ class Picture {
   std::mutex adding_;
 };
 
+/// Of transports that ask luminaires one by one, where there are more than a few.
+world::Result<std::optional<LightCells>> light_cells(const TraceScene& scene, const RenderKnobs& knobs) {
+  const bool one_by_one = knobs.light_transport == LightTransport::direct ||
+                          knobs.light_transport == LightTransport::ambient_occlusion ||
+                          knobs.light_transport == LightTransport::whitted;
+  if (!one_by_one || scene.luminaires().size() <= LightCells::kFew || knobs.luminaire_cutoff == 0)
+    return std::optional<LightCells>();
+  std::vector<LightCells::Light> lights;
+  for (const SceneLuminaire& s : scene.luminaires()) {
+    TRY(const world::LuminaireTables tables, world::luminaire_tables(*s.luminaire));
+    lights.push_back(LightCells::light_of(*s.luminaire, tables));
+  }
+  return std::optional(LightCells::make(lights, LightCells::cutoff_of(knobs.luminaire_cutoff, knobs.exposure)));
+}
+
 }  // namespace
 
 world::GridRay camera_ray(const Camera& camera, const PixelRays& rays, int x, int y, const Sampler& sampler,
@@ -238,6 +254,7 @@ world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& c
   TextureSet textures;
   TRY_STATUS(textures.follow(view.palette(), knobs));
   const LightSet lights = LightSet::build(scene, knobs.light_transport == LightTransport::photons);
+  TRY(const std::optional<LightCells> cells, light_cells(scene, knobs));
   const double prepare_ms = ms_since(start);
 
   Film film(width, height);
@@ -266,7 +283,8 @@ world::Result<Frame> trace_picture(const world::WorldView& view, const Camera& c
                                   straight ? &kinds : nullptr,
                                   TracedBodies(bodies, camera.position),
                                   lit ? &*lit : nullptr,
-                                  any && tints_sun(knobs) ? &kinds : nullptr};
+                                  any && tints_sun(knobs) ? &kinds : nullptr,
+                                  cells ? &*cells : nullptr};
   Picture picture(of_threads, camera, sampling.seed, film);
   Clock::time_point saved = Clock::now();
   const uint32_t wanted = static_cast<uint32_t>(knobs.spp);

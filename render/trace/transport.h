@@ -44,6 +44,7 @@ class TracedBodies {
   world::BoxTree tree_;
 };
 
+class LightCells;
 class PhotonMap;
 class SeeThroughKinds;
 class TextureSet;
@@ -60,6 +61,7 @@ struct TransportScene {
   TracedBodies bodies{};                         // that rays of direct, ambient_occlusion and whitted meet
   const WorldLit* lit = nullptr;                 // of direct, in place of the open sky's light
   const SeeThroughKinds* sun_through = nullptr;  // blocks that the sun's light goes straight through
+  const LightCells* light_cells = nullptr;       // of luminaires asked one by one; null: all of them, everywhere
 };
 
 /// Light that goes straight from a light to a point: `value` is the share that arrives, the others as in Transmittance.

@@ -57,6 +57,8 @@ struct Luminaire {
   bool visible = true;  // seen by camera rays where it has an area
 };
 
+/// Whether it is on and has any light to give.
+bool gives_light(const Luminaire& luminaire);
 /// What is wrong (ranges, keys that the kind has no use for) is noted in the table's document. Opens no file; relative
 /// paths are those from `folder`.
 Luminaire read_luminaire(TomlTable& table, VoxelPos offset, const std::filesystem::path& folder = {});

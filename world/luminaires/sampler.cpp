@@ -340,6 +340,10 @@ EmittedPhoton ReadyLuminaire::emit_sky(Vec2d u, Vec2d v, const SceneSphere& scen
 
 // ---- the interface ----
 
+bool gives_light(const Luminaire& l) {
+  return l.enabled && (l.power.max() > 0 || l.irradiance.max() > 0 || l.radiance.max() > 0);
+}
+
 LuminaireSampler::LuminaireSampler(std::unique_ptr<const State> state) : state_(std::move(state)) {}
 LuminaireSampler::LuminaireSampler(LuminaireSampler&&) noexcept = default;
 LuminaireSampler& LuminaireSampler::operator=(LuminaireSampler&&) noexcept = default;

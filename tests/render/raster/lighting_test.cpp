@@ -93,13 +93,14 @@ TEST(RasterLuminaires, ALampTooFaintToSeeLeavesGlossAsBrightAsTheSkyAroundIt) {
   }
 }
 
-TEST(RasterLuminaires, AHundredThousandAreDrawnFromListsOfBoundedLength) {
+/// By night over a ground of 1280 x 1280 m.
+World lamps(int count) {
   World w(world::standard_blocks());
   world::EditBatch batch;
   batch.fill({{-640, 0, -640}, {639, 0, 639}}, block(w, "stone"));
   apply(w, batch);
   w.environment = dark_room().environment;
-  for (int i = 0; i < 100000; ++i) {
+  for (int i = 0; i < count; ++i) {
     Luminaire l = luminaire("omni");
     const uint64_t h = world::mix64(static_cast<uint64_t>(i) + 5);
     l.position = WorldPoint::from(static_cast<double>(h % 12800) / 10 - 640, 1.5 + static_cast<double>(h >> 60) * 0.2,
@@ -107,13 +108,18 @@ TEST(RasterLuminaires, AHundredThousandAreDrawnFromListsOfBoundedLength) {
     l.power = {40, 30, 20};
     w.luminaires.push_back(l);
   }
+  return w;
+}
+const Camera kOverLamps = camera_at({}, {0.5, 12.5, 0.5}, {1, -0.4, 0.3});
+
+TEST(RasterLuminaires, AHundredThousandAreDrawnFromListsOfBoundedLength) {
+  const World w = lamps(100000);
   RenderKnobs knobs;
   knobs.exposure = 3;
-  const Camera camera = camera_at({}, {0.5, 12.5, 0.5}, {1, -0.4, 0.3});
-  const Image seen = drawn(raster(), w, camera, knobs);
+  const Image seen = drawn(raster(), w, kOverLamps, knobs);
   const raster::Lighting& lighting = raster().rasterizer().lighting();
   EXPECT_EQ(lighting.luminaires(), 100000u);
-  EXPECT_LE(lighting.cells().numbers().size(), raster::LightCells::kMostEntries);
+  EXPECT_LE(lighting.cells().numbers().size(), LightCells::kMostEntries);
   EXPECT_LE(lighting.cells().most_in_a_cell(), 2000u);
   EXPECT_LE(lighting.bytes(), uint64_t{64} << 20);
   // A ground of 0.061 lamps/m^2 of 40 W in red is lit everywhere.
@@ -121,10 +127,37 @@ TEST(RasterLuminaires, AHundredThousandAreDrawnFromListsOfBoundedLength) {
   EXPECT_GT(shown.pixels[3 * (kWidth * (kHeight - 5) + kWidth / 2)], 8);
 }
 
+/// Rays find what a point asks in the same lists: of 2000 lamps on the ground few reach it, and all others together
+/// would give it less than a hundredth of white, 2.6 levels of 255 where a picture is dark.
+TEST(RayLuminaires, AreAskedWhereTheyReachAlone) {
+  const World w = lamps(2000);
+  const auto rays = make_raycast_backend();
+  RenderKnobs knobs;
+  knobs.exposure = 3;
+  const auto samples = [&](float cutoff, Image& seen) {
+    knobs.luminaire_cutoff = cutoff;
+    auto frame = (*rays)->render(world::WorldView(w), kOverLamps, knobs, 48, 27);
+    EXPECT_TRUE(frame.ok());
+    seen = std::move(frame->image);
+    uint64_t of_luminaires = 0;
+    for (const EffectWork& work : frame->report.work)
+      if (work.name == "luminaires") of_luminaires = work.work;
+    return of_luminaires;
+  };
+  Image near, all;
+  const uint64_t asked = samples(1e-3f, near), of_all = samples(0, all);
+  EXPECT_GT(asked, 0u);
+  EXPECT_LT(asked, of_all / 20);
+  for (size_t i = 0; i < all.pixels.size(); ++i) {
+    EXPECT_LE(near.pixels[i].r, all.pixels[i].r * (1 + 1e-6f));
+    EXPECT_NEAR(near.pixels[i].r, all.pixels[i].r, 0.01 * kWhiteRadiance * std::exp2(-3));
+  }
+}
+
 TEST(LightCells, LeaveOutNoLightAboveTheCutoff) {
-  std::vector<raster::LightCells::Light> lights;
+  std::vector<LightCells::Light> lights;
   for (uint64_t i = 0; i < 500; ++i) {
-    raster::LightCells::Light l;
+    LightCells::Light l;
     const auto at = [&](uint64_t k) { return world::uniform01_double(world::hash_combine(i, k)) * 200 - 100; };
     l.position = WorldPoint::from(at(1), at(2), at(3));
     l.intensity = 1 + std::abs(at(4));
@@ -134,17 +167,14 @@ TEST(LightCells, LeaveOutNoLightAboveTheCutoff) {
     lights.push_back(l);
   }
   const double cutoff = 0.05;
-  const raster::LightCells cells = raster::LightCells::make(lights, cutoff);
+  const LightCells cells = LightCells::make(lights, cutoff);
   ASSERT_EQ(cells.cutoff(), cutoff);
   for (uint64_t i = 0; i < 2000; ++i) {
     const auto at = [&](uint64_t k) { return world::uniform01_double(world::hash_combine(i + 9000, k)) * 220 - 110; };
     const WorldPoint p = WorldPoint::from(at(1), at(2), at(3));
-    const world::VoxelPos place{p.voxel.x >> cells.shift(), p.voxel.y >> cells.shift(), p.voxel.z >> cells.shift()};
     std::vector<bool> listed(lights.size());
     for (const uint32_t n : cells.everywhere()) listed[n] = true;
-    for (const raster::LightCells::Cell& c : cells.cells())
-      if (c.place == place)
-        for (uint32_t k = 0; k < c.count; ++k) listed[cells.numbers()[c.first + k]] = true;
+    for (const uint32_t n : cells.near(p.voxel)) listed[n] = true;
     for (size_t n = 0; n < lights.size(); ++n) {
       const world::Vec3d to = p - lights[n].position;
       const double r = glm::length(to);
@@ -157,14 +187,14 @@ TEST(LightCells, LeaveOutNoLightAboveTheCutoff) {
 }
 
 TEST(LightCells, BoundTheirSizeForAnyLuminaires) {
-  std::vector<raster::LightCells::Light> lights(20000);
+  std::vector<LightCells::Light> lights(20000);
   for (size_t i = 0; i < lights.size(); ++i) {
     lights[i].position = WorldPoint::from(static_cast<double>(i), 0, 0);
     lights[i].intensity = 1e9;
   }
-  const raster::LightCells cells = raster::LightCells::make(lights, 1e-6);
-  EXPECT_LE(cells.numbers().size(), raster::LightCells::kMostEntries);
-  EXPECT_LE(cells.everywhere().size(), raster::LightCells::kMostEverywhere);
+  const LightCells cells = LightCells::make(lights, 1e-6);
+  EXPECT_LE(cells.numbers().size(), LightCells::kMostEntries);
+  EXPECT_LE(cells.everywhere().size(), LightCells::kMostEverywhere);
   EXPECT_GT(cells.cutoff(), 1e-6);
 }
 

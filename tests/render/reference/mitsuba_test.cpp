@@ -176,7 +176,8 @@ std::optional<World> media_room(bool sky) {
     l.up = {0, 0, 1};
     l.radiance = {1, 1, 1};
     l.whole_sphere = true;
-    l.light_image = std::make_shared<LightImage>(LightImage{file->image.width, file->image.height, file->image.pixels});
+    l.light_image = std::make_shared<LightImage>(
+        LightImage{file->image.width, file->image.height, {file->image.pixels.begin(), file->image.pixels.end()}});
     w.luminaires.push_back(l);
   }
   return w;

@@ -1,10 +1,12 @@
-#include "render/raster/light_cells.h"
+#include "render/light/light_cells.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-namespace render::raster {
+#include "render/image/display.h"
+
+namespace render {
 
 using world::Vec3d;
 using world::VoxelPos;
@@ -12,6 +14,20 @@ using world::VoxelPos;
 namespace {
 
 constexpr double kPi = 3.14159265358979323846, kInfinity = std::numeric_limits<double>::infinity();
+
+/// The largest radiant intensity of any direction and band, W/sr; infinite where it doesn't fall as 1 / r^2.
+double largest_intensity(const world::Luminaire& l, const world::LuminaireTables& t) {
+  const double colour = std::max({t.colour.x, t.colour.y, t.colour.z});
+  double brightest = 1;
+  if (l.light_image)
+    for (const world::Radiance3& p : l.light_image->pixels) brightest = std::max(brightest, double{p.max()});
+  if (l.kind == "unified_point") {
+    // M = Phi / (4 pi (a.x + a.y r + a.z r^2)) is at most that of a.z alone.
+    return l.attenuation.z > 0 ? colour / (4 * kPi * l.attenuation.z) : kInfinity;
+  }
+  const bool point = t.area == 0, ball = l.kind == "sphere";
+  return brightest * colour / (point || ball ? 4 * kPi : kPi);
+}
 
 double reach_of(const LightCells::Light& light, double cutoff) {
   return light.finite && cutoff > 0 ? light.radius + std::sqrt(light.intensity / cutoff) : kInfinity;
@@ -51,6 +67,33 @@ bool reaches_cell(const LightCells::Light& light, double reach, VoxelPos cell, i
 }
 
 }  // namespace
+
+LightCells::Light LightCells::light_of(const world::Luminaire& l, const world::LuminaireTables& tables) {
+  const world::shared::Emitter& e = tables.parts[0];
+  Light light;
+  light.position = l.position;
+  light.intensity = largest_intensity(l, tables);
+  light.finite = std::isfinite(tables.area) && std::isfinite(light.intensity);
+  if (l.kind == "rectangle") light.radius = 0.5 * glm::length(Vec3d(e.extent.x, e.extent.y, 0));
+  if (l.kind == "disk" || l.kind == "sphere") light.radius = e.radius;
+  for (const world::Vec3f& corner : l.triangles) light.radius = std::max(light.radius, double{glm::length(corner)});
+  light.one_sided = l.kind == "rectangle" || l.kind == "disk" || l.kind == "spot" || l.kind == "gobo";
+  light.axis = e.axis;
+  if (light.one_sided) light.half_angle = light.radius > 0 ? kPi / 2 : double{l.half_angle};
+  return light;
+}
+
+double LightCells::cutoff_of(float share, float exposure) {
+  return kPi * double{kWhiteRadiance} * std::exp2(-double{exposure}) * share;
+}
+
+std::span<const uint32_t> LightCells::near(const VoxelPos& voxel) const {
+  const VoxelPos place{voxel.x >> shift_, voxel.y >> shift_, voxel.z >> shift_};
+  const auto at = std::lower_bound(cells_.begin(), cells_.end(), place,
+                                   [](const Cell& cell, const VoxelPos& p) { return cell.place < p; });
+  if (at == cells_.end() || at->place != place) return {};
+  return std::span(numbers_).subspan(at->first, at->count);
+}
 
 LightCells LightCells::make(std::span<const Light> lights, double cutoff) {
   LightCells made;
@@ -119,4 +162,4 @@ LightCells LightCells::make(std::span<const Light> lights, double cutoff) {
   return made;
 }
 
-}  // namespace render::raster
+}  // namespace render

@@ -1,5 +1,6 @@
 /// Which luminaires light which part of a world: cubes of voxels with the numbers of those that reach each, so that a
-/// point asks those of its cube alone. Made once for a set of luminaires, whatever the camera does.
+/// point asks those of its cube alone. Made once for a set of luminaires, whatever the camera does. For both backends,
+/// where they ask luminaires one by one.
 ///
 /// A luminaire reaches as far as the irradiance that it may give, I / r^2, stays above a cut-off. Where that would take
 /// more than kMostEntries entries, or leave more than kMostEverywhere luminaires that are in no cell because they reach
@@ -11,10 +12,11 @@
 #include <span>
 #include <vector>
 
+#include "world/luminaires/kinds.h"
 #include "world/space/coords.h"
 #include "world/space/world_point.h"
 
-namespace render::raster {
+namespace render {
 
 class LightCells {
  public:
@@ -36,12 +38,18 @@ class LightCells {
   static constexpr size_t kMostEverywhere = 32;
   static constexpr int64_t kMostCellsEach = 4096;
 
+  static Light light_of(const world::Luminaire& luminaire, const world::LuminaireTables& tables);
   /// `cutoff`: W/m^2, >= 0; 0: every luminaire lights everything.
   static LightCells make(std::span<const Light> lights, double cutoff);
+  /// What the knobs' luminaire_cutoff of `share` is, W/m^2: that share of the display's white at this exposure, as
+  /// irradiance on a white surface.
+  static double cutoff_of(float share, float exposure);
 
   const std::vector<uint32_t>& everywhere() const { return everywhere_; }
   const std::vector<Cell>& cells() const { return cells_; }
   const std::vector<uint32_t>& numbers() const { return numbers_; }
+  /// Of those that are not everywhere the numbers of all that reach a point of this voxel, and of some that don't.
+  std::span<const uint32_t> near(const world::VoxelPos& voxel) const;
   int shift() const { return shift_; }
   double cutoff() const { return cutoff_; }
   /// Of each light, m; infinite of those that are everywhere.
@@ -58,4 +66,4 @@ class LightCells {
   size_t most_ = 0;
 };
 
-}  // namespace render::raster
+}  // namespace render
