@@ -213,6 +213,7 @@ world::Status Device::open(const DeviceOptions& options) {
   messages_->print = asked_by_environment();
   TRY_STATUS(open_instance(options.validation || asked_by_environment(), options));
   TRY_STATUS(choose_physical(options.without));
+  without_formats_ = options.without_formats;
 
   Features features;
   features.each([](const char*, VkBool32& flag) { flag = VK_TRUE; });
@@ -323,6 +324,13 @@ world::Status Device::run_checked(const std::function<world::Status(VkCommandBuf
   TRY_STATUS(checked());
   collect(submitted_);
   return {};
+}
+
+bool Device::has_format(VkFormat format, VkFormatFeatureFlags needed) const {
+  if (std::find(without_formats_.begin(), without_formats_.end(), format) != without_formats_.end()) return false;
+  VkFormatProperties has{};
+  vkGetPhysicalDeviceFormatProperties(physical_, format, &has);
+  return (has.optimalTilingFeatures & needed) == needed;
 }
 
 void Device::retire(VkObjectType type, uint64_t handle) { retired_.push_back({submitted_, type, handle, {}}); }

@@ -28,6 +28,8 @@ struct DeviceOptions {
   std::optional<std::filesystem::path> cache_folder = {};
   /// For tests: optional features that the device is taken to lack.
   std::vector<std::string> without = {};
+  /// The same of formats of images that not every device has.
+  std::vector<VkFormat> without_formats = {};
   /// Of a window: extensions of the instance, and what makes the surface that the device must be able to present to.
   std::vector<std::string> instance_extensions = {};
   std::function<VkResult(VkInstance, VkSurfaceKHR*)> make_surface = {};
@@ -57,6 +59,8 @@ class Device {
   VkSurfaceKHR surface() const { return surface_; }  // null without a window
   const std::string& name() const { return name_; }
   const VkPhysicalDeviceLimits& limits() const { return limits_; }
+  /// Whether images of that format, tiled as the device likes, can be used so.
+  bool has_format(VkFormat format, VkFormatFeatureFlags needed) const;
   /// Whether it is software.
   bool is_processor() const { return is_processor_; }
   /// Whether how many indirect draws there are may lie in a buffer.
@@ -112,6 +116,7 @@ class Device {
   std::function<bool()> lose_device_;
   std::string name_;
   VkPhysicalDeviceLimits limits_{};
+  std::vector<VkFormat> without_formats_;
   bool is_processor_ = false, counts_draws_ = false, has_atomic64_ = false;
   MemoryPool memory_;
   PipelineCache pipelines_;

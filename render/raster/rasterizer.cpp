@@ -115,11 +115,9 @@ VkFormat Rasterizer::depth_format(DepthFormat asked) {
   const VkFormat format = asked == DepthFormat::d16   ? VK_FORMAT_D16_UNORM
                           : asked == DepthFormat::d24 ? VK_FORMAT_X8_D24_UNORM_PACK32
                                                       : kDepthFormat;
-  VkFormatProperties has{};
-  vkGetPhysicalDeviceFormatProperties(device_->physical(), format, &has);
   constexpr VkFormatFeatureFlags kNeeded =
       VK_FORMAT_FEATURE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_FORMAT_FEATURE_SAMPLED_IMAGE_BIT;
-  if (format == kDepthFormat || (has.optimalTilingFeatures & kNeeded) == kNeeded) return format;
+  if (format == kDepthFormat || device_->has_format(format, kNeeded)) return format;
   warning_ = "this device has no depth of " + std::string(knob_choices(asked)[static_cast<size_t>(asked)]) +
              ": depth_format=d32 in its place";
   return kDepthFormat;

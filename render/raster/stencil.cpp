@@ -6,11 +6,8 @@ namespace {
 
 /// The first that the device can draw with. One of the last two is on every device.
 VkFormat stencil_format(const gpu::Device& device) {
-  for (const VkFormat format : {VK_FORMAT_S8_UINT, VK_FORMAT_D24_UNORM_S8_UINT}) {
-    VkFormatProperties has{};
-    vkGetPhysicalDeviceFormatProperties(device.physical(), format, &has);
-    if (has.optimalTilingFeatures & VK_FORMAT_FEATURE_DEPTH_STENCIL_ATTACHMENT_BIT) return format;
-  }
+  for (const VkFormat format : {VK_FORMAT_S8_UINT, VK_FORMAT_D24_UNORM_S8_UINT})
+    if (device.has_format(format, VK_FORMAT_FEATURE_DEPTH_STENCIL_ATTACHMENT_BIT)) return format;
   return VK_FORMAT_D32_SFLOAT_S8_UINT;
 }
 

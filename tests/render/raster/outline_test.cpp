@@ -27,8 +27,10 @@ world::World block_on_a_floor() {
 
 class Outline : public testing::Test {
  protected:
-  void SetUp() override {
-    auto made = make_raster({.validation = true});
+  void SetUp() override { make({}); }
+  /// A rasterizer whose device lacks some formats.
+  void make(std::vector<VkFormat> without) {
+    auto made = make_raster({.validation = true, .without_formats = std::move(without)});
     ASSERT_TRUE(made.ok()) << made.error().message;
     raster_ = std::move(*made);
   }
@@ -96,6 +98,20 @@ TEST_F(Outline, IsHiddenByWhatStandsBefore) {
                         frame(camera_at({}, {0.5, 0.5, 0.5}, {0, 0.1, 1}), {}).image.pixels.data(), 64),
             0)
       << "from within the floor";
+}
+
+TEST_F(Outline, IsTheSameInAnyFormatOfTheStencilThatADeviceHas) {
+  const raster::Selection block_at_origin{world::WorldPoint::from(0, 1, 0), Vec3d(1), 2};
+  const Camera camera = camera_at({}, {3.1, 4.2, 5.3}, {-2.6, -2.7, -4.8}, 40);
+  const Image usual = frame(camera, block_at_origin).image;
+  std::vector<VkFormat> without;
+  for (const VkFormat next : {VK_FORMAT_S8_UINT, VK_FORMAT_D24_UNORM_S8_UINT}) {
+    without.push_back(next);
+    make(without);
+    const Image other = frame(camera, block_at_origin).image;
+    EXPECT_TRUE(std::equal(usual.pixels.begin(), usual.pixels.end(), other.pixels.begin(), same)) << next;
+    EXPECT_EQ(raster_->messages(), std::vector<std::string>{});
+  }
 }
 
 TEST_F(Outline, CostsNothingWhereNothingIsPicked) {

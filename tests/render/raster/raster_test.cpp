@@ -117,6 +117,23 @@ TEST(DepthFormats, AreDrawnInTurnByOneBackendAndFixedPointIsCoarser) {
   EXPECT_TRUE(equal_bits(raster.image(w, camera, knobs), finest));
 }
 
+TEST(DepthFormats, OneThatTheDeviceLacksIsDrawnInTheFinestAndNamed) {
+  auto poor = make_raster({.validation = true, .without_formats = {VK_FORMAT_X8_D24_UNORM_PACK32}});
+  ASSERT_TRUE(poor.ok());
+  const world::World w = hills();
+  const Camera camera = hill_cameras()[0].camera;
+  RenderKnobs knobs;
+  const auto finest = (*poor)->render(world::WorldView(w), camera, knobs, 160, 90);
+  knobs.depth_format = DepthFormat::d24;
+  const auto lacked = (*poor)->render(world::WorldView(w), camera, knobs, 160, 90);
+  ASSERT_TRUE(finest.ok() && lacked.ok());
+  EXPECT_TRUE(equal_bits(finest->image, lacked->image));
+  EXPECT_TRUE(finest->report.warnings.empty());
+  ASSERT_EQ(lacked->report.warnings.size(), 1u);
+  EXPECT_NE(lacked->report.warnings[0].find("no depth of d24: depth_format=d32"), std::string::npos);
+  EXPECT_EQ((*poor)->messages(), std::vector<std::string>{});
+}
+
 TEST(HardCaseR4, DepthIsReversed) {
   // The near block hides the far one, whichever is drawn first; a setup for standard depth shows the far one.
   CheckedRaster raster;
