@@ -33,23 +33,6 @@ constexpr uint32_t kPass = 16;          // samples between looks at the error
 constexpr int kTile = 16;
 constexpr double kFilmEveryMs = 60000;
 
-using Integrator = Vec3d (*)(Transport&, const TraceRay&, const Sampler&);
-Integrator integrator_of(LightTransport transport) {
-  switch (transport) {
-    case LightTransport::direct:
-      return direct_radiance;
-    case LightTransport::ambient_occlusion:
-      return ambient_occlusion_radiance;
-    case LightTransport::whitted:
-      return whitted_radiance;
-    case LightTransport::path:
-      return path_radiance;
-    case LightTransport::photons:
-      return photons_radiance;
-  }
-  return path_radiance;
-}
-
 world::Status check(const Camera& camera, const RenderKnobs& knobs, int width, int height) {
   if (width < 1 || height < 1 || width > kLargestPicture || height > kLargestPicture)
     return world::usage_error(

@@ -6,6 +6,7 @@
 #include "render/light/fog_light.h"
 #include "render/light/fog_shafts.shared.h"
 #include "render/see_through.h"
+#include "render/trace/photons.h"
 #include "render/shading.h"
 #include "render/textures/texture_set.h"
 
@@ -276,6 +277,22 @@ Arrival Transport::arrival(TraceRay ray, const LightSample& light, ShadowTrackin
     ray = s.spawn(-wo);
     left -= s.t;
   }
+}
+
+Integrator integrator_of(LightTransport transport) {
+  switch (transport) {
+    case LightTransport::direct:
+      return direct_radiance;
+    case LightTransport::ambient_occlusion:
+      return ambient_occlusion_radiance;
+    case LightTransport::whitted:
+      return whitted_radiance;
+    case LightTransport::path:
+      return path_radiance;
+    case LightTransport::photons:
+      return photons_radiance;
+  }
+  return path_radiance;
 }
 
 }  // namespace render

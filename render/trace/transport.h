@@ -155,6 +155,10 @@ Vec3d absorbed(const Vec3f& absorption, double distance);
 
 // --- integrators --------------------------------------------------------------------------------------------------
 
+using Integrator = Vec3d (*)(Transport&, const TraceRay&, const Sampler&);
+/// What a transport whose knobs ask for this calls: what arrives at a surface, and what is in its way, goes by them
+/// too.
+Integrator integrator_of(LightTransport transport);
 Vec3d direct_radiance(Transport& t, const TraceRay& camera_ray, const Sampler& sampler);
 Vec3d ambient_occlusion_radiance(Transport& t, const TraceRay& camera_ray, const Sampler& sampler);
 Vec3d whitted_radiance(Transport& t, const TraceRay& camera_ray, const Sampler& sampler);

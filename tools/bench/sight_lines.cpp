@@ -50,8 +50,10 @@ Result<std::shared_ptr<const SightLines>> SightLines::make(const world::Scene& s
   return std::shared_ptr<const SightLines>(std::move(lines));
 }
 
-std::vector<Vec3d> SightLines::radiance(Integrator integrator, const render::RenderKnobs& knobs, int samples,
+std::vector<Vec3d> SightLines::radiance(render::LightTransport light_transport, render::RenderKnobs knobs, int samples,
                                         uint64_t seed) const {
+  knobs.light_transport = light_transport;
+  const render::Integrator integrator = render::integrator_of(light_transport);
   std::vector<Vec3d> means(lines_.size());
   const render::TransportScene shared{scene_.get(), lights_.get(), knobs};
   world::parallel_ranges(lines_.size(), kLinesAtOnce, [&](size_t begin, size_t end) {
@@ -99,7 +101,7 @@ LineHalves line_halves(const SightLines& lines, render::RenderKnobs knobs, int s
   knobs.sample_sequence = render::SampleSequence::sobol;
   // One sample of it is a fingerprint of world, camera, knobs and code.
   const auto radiance = [&](int count, uint64_t salt) {
-    return lines.radiance(render::path_radiance, knobs, count, world::hash_combine(seed, salt));
+    return lines.radiance(render::LightTransport::path, knobs, count, world::hash_combine(seed, salt));
   };
   uint64_t key = world::hash_combine(world::hash_combine(seed, static_cast<uint64_t>(samples)),
                                      static_cast<uint64_t>(scatterings));

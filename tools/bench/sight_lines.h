@@ -15,8 +15,6 @@
 
 namespace tools {
 
-using Integrator = world::Vec3d (*)(render::Transport&, const render::TraceRay&, const render::Sampler&);
-
 /// Rays through the centres of pixels, those whose first surface scatters, and lets nothing through: water and glass
 /// show other things than light that comes straight. Owns its world.
 class SightLines {
@@ -24,8 +22,9 @@ class SightLines {
   /// The scene's first camera.
   static Result<std::shared_ptr<const SightLines>> make(const world::Scene& scene, int width, int height);
 
-  /// Radiance by line, the mean of `samples` calls, on all threads that loops are held to.
-  std::vector<world::Vec3d> radiance(Integrator integrator, const render::RenderKnobs& knobs, int samples,
+  /// Radiance by line, the mean of `samples` calls, on all threads that loops are held to. `light_transport`: in place
+  /// of the knobs'.
+  std::vector<world::Vec3d> radiance(render::LightTransport light_transport, render::RenderKnobs knobs, int samples,
                                      uint64_t seed) const;
   size_t size() const { return lines_.size(); }
   /// The same lines as a backend draws them, one ray a pixel.

@@ -43,7 +43,7 @@ struct Truth {
 
 struct Method {
   std::string name;
-  Integrator integrator;
+  render::LightTransport transport;
   float distance;
 };
 
@@ -66,10 +66,10 @@ void add_subject_ambient_occlusion(Registry& registry) {
       });
     };
     std::vector<Setting> settings;
-    for (const Method& method :
-         {Method{"open sky", render::direct_radiance, 0}, Method{"8 m", render::ambient_occlusion_radiance, 8},
-          Method{"32 m", render::ambient_occlusion_radiance, 32},
-          Method{"any length", render::ambient_occlusion_radiance, 1e9f}})
+    for (const Method& method : {Method{"open sky", render::LightTransport::direct, 0},
+                                 Method{"8 m", render::LightTransport::ambient_occlusion, 8},
+                                 Method{"32 m", render::LightTransport::ambient_occlusion, 32},
+                                 Method{"any length", render::LightTransport::ambient_occlusion, 1e9f}})
       for (const int rays : method.distance > 0 ? std::vector{1, 4, 16, 64} : std::vector{1}) {
         RenderKnobs knobs;
         knobs.light_samples = rays, knobs.occlusion_distance = method.distance;
@@ -78,14 +78,14 @@ void add_subject_ambient_occlusion(Registry& registry) {
         s.is_default = method.distance == 0;
         s.stochastic = method.distance > 0;
         s.measure = [=](uint64_t seed) {
-          const auto seen = sight->radiance(method.integrator, knobs, 1, world::hash_combine(seed, 1));
+          const auto seen = sight->radiance(method.transport, knobs, 1, world::hash_combine(seed, 1));
           const auto known = truth();
           return ErrorSample{{relative_rms(seen, known->first_surface), relative_rms(seen, known->all)},
                              relative_bias(seen, known->first_surface),
                              relative_noise(known->first_surface)};
         };
         s.run = [=] {
-          keep(sight->radiance(method.integrator, knobs, 1, 1));
+          keep(sight->radiance(method.transport, knobs, 1, 1));
           return static_cast<double>(sight->size());
         };
         settings.push_back(std::move(s));

@@ -109,7 +109,7 @@ void add_models(Registry& registry) {
         const auto by_paths = [c, samples](uint64_t seed) {
           RenderKnobs knobs;
           knobs.max_depth = kMostScatterings;
-          return c->lines->radiance(render::path_radiance, knobs, samples, world::hash_combine(seed, 0x9));
+          return c->lines->radiance(render::LightTransport::path, knobs, samples, world::hash_combine(seed, 0x9));
         };
         traced.measure = [=](uint64_t seed) { return line_errors(by_paths(seed), *truth()); };
         traced.run = [=] {

@@ -97,11 +97,11 @@ void add_subject_shadow_kinds(Registry& registry) {
         const auto truth = context.shared<LineHalves>("shadow_kinds " + problem, [&] {
           return std::make_shared<LineHalves>(line_halves(*right, RenderKnobs{}, 1, samples, context.seed()));
         });
-        const auto seen = lines->radiance(render::direct_radiance, knobs, 1, world::hash_combine(seed, 1));
+        const auto seen = lines->radiance(render::LightTransport::direct, knobs, 1, world::hash_combine(seed, 1));
         return line_errors(seen, *truth);
       };
       s.run = [=] {
-        keep(lines->radiance(render::direct_radiance, knobs, 1, 1));
+        keep(lines->radiance(render::LightTransport::direct, knobs, 1, 1));
         return static_cast<double>(lines->size());
       };
       settings.push_back(std::move(s));
