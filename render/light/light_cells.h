@@ -1,6 +1,6 @@
 /// Which luminaires light which part of a world: cubes of voxels with the numbers of those that reach each, so that a
 /// point asks those of its cube alone. Made once for a set of luminaires, whatever the camera does. For both backends,
-/// where they ask luminaires one by one.
+/// where they ask luminaires one by one: rays with a cut-off divided by their number, where the lists can hold that.
 ///
 /// A luminaire reaches as far as the irradiance that it may give, I / r^2, stays above a cut-off. Where that would take
 /// more than kMostEntries entries, or leave more than kMostEverywhere luminaires that are in no cell because they reach

@@ -195,7 +195,9 @@ class Picture {
   std::mutex adding_;
 };
 
-/// Of transports that ask luminaires one by one, where there are more than a few.
+/// Of transports that ask luminaires one by one, where there are more than a few. The knob's share is that of all that
+/// is left out together, so that ten thousand dim ones aren't lost (hard case L17); where the lists would be too long
+/// for that, of each, as it is for the rasterizer.
 world::Result<std::optional<LightCells>> light_cells(const TraceScene& scene, const RenderKnobs& knobs) {
   const bool one_by_one = knobs.light_transport == LightTransport::direct ||
                           knobs.light_transport == LightTransport::ambient_occlusion ||
@@ -207,7 +209,10 @@ world::Result<std::optional<LightCells>> light_cells(const TraceScene& scene, co
     TRY(const world::LuminaireTables tables, world::luminaire_tables(*s.luminaire));
     lights.push_back(LightCells::light_of(*s.luminaire, tables));
   }
-  return std::optional(LightCells::make(lights, LightCells::cutoff_of(knobs.luminaire_cutoff, knobs.exposure)));
+  const double share = LightCells::cutoff_of(knobs.luminaire_cutoff, knobs.exposure);
+  LightCells together = LightCells::make(lights, share / static_cast<double>(lights.size()));
+  if (together.cutoff() <= share) return std::optional(std::move(together));
+  return std::optional(LightCells::make(lights, share));
 }
 
 }  // namespace

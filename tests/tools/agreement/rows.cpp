@@ -257,10 +257,6 @@ std::vector<AgreementRow> rows() {
        .world = "a yard of sixty lamps",
        .settings = "exposure=3",
        .against = "exposure=3 luminaire_shadow=none"},
-      {.effect = "the same, as far as each gives a hundredth of white",
-       .world = "a yard of sixty lamps",
-       .settings = "exposure=3 luminaire_cutoff=0.01",
-       .against = "exposure=3 luminaire_cutoff=0"},
 
       // Fog.
       {.effect = "homogeneous", .world = "hills in homogeneous", .cameras = "overview, eye level"},
@@ -654,8 +650,10 @@ constexpr Alone kAlone[] = {
      "refraction=screen reflection=screen reflection=planar"},
     {"rasterizer", "triangles of a level set, by five methods; rays meet its field, or a plane a voxel",
      "contour_mesh contours=planes"},
-    {"rasterizer", "grids of heights for what is far, shadows of spots by depth maps, steps through density grids",
-     "luminaire_shadow=map spot_map_texels fog_steps heightfield_error_px"},
+    {"rasterizer",
+     "grids of heights for what is far, shadows of spots by depth maps, lists of the luminaires that reach a place, "
+     "steps through density grids",
+     "luminaire_shadow=map spot_map_texels luminaire_cutoff fog_steps heightfield_error_px"},
     {"rasterizer", "another point of each pixel in each picture", "anti_aliasing=temporal"},
     {"rasterizer", "the outline of a block, portals and mirrors by stencil", ""},
     {"rays",
